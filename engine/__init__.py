@@ -1,7 +1,8 @@
 """Vibroscope's engine: solves one vibro-impact problem with an impact law and with penalty contact, and compares.
 
 What one run needs is imported with the package; everything else when its name is first asked for, since a command that
-solves one problem would otherwise spend a third of its time with importing studies, searches and measurements.
+solves one problem would otherwise spend a third of its time with importing studies, searches and measurements. The
+names of the package are those of the classes and constants that are imported here, and those of `_LATER`.
 
 What is wrong with an argument is a ValueError in one line, its kind included (:mod:`.arguments`).
 """
@@ -59,286 +60,69 @@ simulate = checked(_simulate)
 
 # By module: the names that are imported when they are first asked for.
 _LATER = {
-    "cells": (
-        "CellResults",
-        "Cells",
-        "run_cells",
-    ),
-    "compilation": (
-        "CompileProgress",
-        "Compiled",
-        "compile_kernels",
-        "is_compiled",
-    ),
+    "cells": "CellResults Cells run_cells",
+    "compilation": "CompileProgress Compiled compile_kernels is_compiled",
     "contact": (
-        "damping_of_restitution",
-        "effective_restitution",
-        "equal_restitution_damping",
-        "restitution_of_damping",
-        "stiffness_of_duration",
-        "stiffness_of_step",
+        "damping_of_restitution effective_restitution equal_restitution_damping restitution_of_damping "
+        "stiffness_of_duration stiffness_of_step"
     ),
-    "continuation": (
-        "FOLLOWED_KINDS",
-        "PARAMETERS",
-        "POINT_KINDS",
-        "Branch",
-        "BranchQuestion",
-        "Point",
-        "PointCurve",
-        "PointCurves",
-        "PointKind",
-        "branches_dataset",
-        "continue_branch",
-        "continue_point",
-        "find_branches",
-        "search_branches",
-    ),
-    "divergence.compare": (
-        "PARTS",
-        "Comparison",
-        "ComparisonQuestion",
-        "compare",
-    ),
-    "divergence.parts": (
-        "PART_NAMES",
-        "Difference",
-        "Regularisation",
-        "TimeStepParts",
-    ),
-    "divergence.verdict": (
-        "Verdict",
-        "verdict",
-    ),
-    "drivers.code_cache": (
-        "cache_root",
-        "is_cache_private",
-    ),
-    "measurement.comparison": (
-        "MeasuredComparison",
-        "Solved",
-        "compare_measured",
-        "measured_verdict",
-    ),
-    "measurement.fit": (
-        "FITTED",
-        "Fit",
-        "fit",
-        "fitted_names",
-    ),
-    "measurement.measurement": ("Measurement",),
-    "measurement.measurement_columns": ("UnknownColumns",),
-    "measurement.measurement_file": (
-        "measurement_text",
-        "parse_measurement",
-        "read_measurement",
-    ),
-    "measurement.synthetic": ("synthetic_measurement",),
-    "methods": (
-        "Newmark",
-        "with_located_steps",
-    ),
-    "motions.search": (
-        "Attractor",
-        "attractors",
-        "search_attractors",
-    ),
-    "motions.description": ("Kind",),
-    "motions.lyapunov": (
-        "Lyapunov",
-        "lyapunov",
-    ),
-    "motions.motion": (
-        "Motion",
-        "motion",
-    ),
-    "motions.steady": (
-        "Steady",
-        "steady",
-    ),
-    "motions.words": (
-        "difference_in_kind",
-        "repetition",
-        "touching",
-    ),
-    "physical": (
-        "PhysicalSystem",
-        "physical_entry",
-        "system_of_physical",
-    ),
+    "continuation.branch": "Branch Point branches_dataset",
+    "continuation.family": "PARAMETERS BranchQuestion",
+    "continuation.kinds": "POINT_KINDS PointKind",
+    "continuation.point_curve": "PointCurve PointCurves continue_point",
+    "continuation.points": "FOLLOWED_KINDS",
+    "continuation.search": "continue_branch find_branches search_branches",
+    "divergence.compare": "PARTS Comparison ComparisonQuestion compare",
+    "divergence.parts": "PART_NAMES Difference Regularisation TimeStepParts",
+    "divergence.verdict": "Verdict verdict",
+    "drivers.code_cache": "cache_root is_cache_private",
+    "measurement.comparison": "MeasuredComparison Solved compare_measured measured_verdict",
+    "measurement.fit": "FITTED Fit fit fitted_names",
+    "measurement.measurement": "Measurement",
+    "measurement.measurement_columns": "UnknownColumns",
+    "measurement.measurement_file": "measurement_text parse_measurement read_measurement",
+    "measurement.synthetic": "synthetic_measurement",
+    "methods": "Newmark with_located_steps",
+    "motions.search": "Attractor attractors search_attractors",
+    "motions.description": "Kind",
+    "motions.lyapunov": "Lyapunov lyapunov",
+    "motions.motion": "Motion motion",
+    "motions.steady": "Steady steady",
+    "motions.words": "difference_in_kind repetition touching",
+    "physical": "PhysicalSystem physical_entry system_of_physical",
     "one_impact.choose": (
-        "Bounds",
-        "LargestStep",
-        "Material",
-        "damping_bounds",
-        "hertz_stiffness",
-        "largest_step",
-        "over_speeds",
-        "over_steps",
-        "stiffness_bounds",
-        "stiffness_for",
+        "Bounds LargestStep Material damping_bounds hertz_stiffness largest_step over_speeds over_steps "
+        "stiffness_bounds stiffness_for"
     ),
-    "one_impact.forward": (
-        "ForceCourse",
-        "MoreauJean",
-        "Span",
-        "WithStep",
-        "force_courses",
-        "impact",
-    ),
-    "one_impact.question": ("Impact",),
-    "one_impact.of_system": (
-        "OverMotion",
-        "over_motion",
-    ),
-    "outputs": (
-        "PEAKS",
-        "Spectrum",
-        "absolute_accelerations",
-        "peaks",
-        "spectrum",
-        "transmissibility",
-    ),
-    "recommendation.contacts": ("Tolerances",),
-    "recommendation.question": (
-        "Limits",
-        "Recommendation",
-        "Served",
-        "SettingQuestion",
-    ),
-    "recommendation.trials": ("steps_at",),
-    "recommendation.search": (
-        "design_curve",
-        "recommend",
-        "recommend_schemes",
-    ),
-    "facts": (
-        "Statement",
-        "print_statement",
-    ),
-    "simulate": (
-        "FREE_PERIODS",
-        "free_length",
-    ),
+    "one_impact.forward": "ForceCourse MoreauJean Span WithStep force_courses impact",
+    "one_impact.question": "Impact",
+    "one_impact.of_system": "OverMotion over_motion",
+    "outputs": "PEAKS Spectrum absolute_accelerations peaks spectrum transmissibility",
+    "recommendation.contacts": "Tolerances",
+    "recommendation.question": "Limits Recommendation Served SettingQuestion",
+    "recommendation.trials": "steps_at",
+    "recommendation.search": "design_curve recommend recommend_schemes",
+    "facts": "Statement print_statement",
+    "simulate": "FREE_PERIODS free_length",
     "sweeps": (
-        "COORDINATES",
-        "DIRECTIONS",
-        "OVER",
-        "BasinDifference",
-        "BasinStudy",
-        "EtaStudy",
-        "NoSolutionStudy",
-        "PlaneStudy",
-        "Progress",
-        "StepStudy",
-        "basin_difference",
-        "sweep",
+        "COORDINATES DIRECTIONS OVER BasinDifference BasinStudy EtaStudy NoSolutionStudy PlaneStudy Progress "
+        "StepStudy basin_difference sweep"
     ),
-    "sweeps.study": ("spaced",),
-    "sweeps.cache": (
-        "Diagram",
-        "diagram",
-        "ship_diagrams",
-        "shipped_diagram",
-    ),
+    "sweeps.study": "spaced",
+    "sweeps.cache": "Diagram diagram ship_diagrams shipped_diagram",
     "system_file": (
-        "SystemFile",
-        "brief_system_text",
-        "parse_system",
-        "physical_text",
-        "read_system",
-        "system_of_tables",
-        "system_text",
-        "toml_tables",
+        "SystemFile brief_system_text parse_system physical_text read_system system_of_tables system_text toml_tables"
     ),
-    "transients.difference": (
-        "TransientDifference",
-        "transient_difference",
-    ),
-    "transients.record_file": (
-        "parse_record",
-        "read_record",
-    ),
-    "transients.response_spectrum": (
-        "ShockResponse",
-        "shock_response",
-    ),
-    "transients.run": (
-        "Transient",
-        "transient",
-    ),
-    "units": (
-        "QUANTITIES",
-        "UNIT_SYSTEMS",
-        "Units",
-        "written",
-    ),
-    "wording": (
-        "counted",
-        "end_text",
-        "finite_or_none",
-        "many",
-        "percent",
-        "rounded",
-    ),
+    "transients.difference": "TransientDifference transient_difference",
+    "transients.record_file": "parse_record read_record",
+    "transients.response_spectrum": "ShockResponse shock_response",
+    "transients.run": "Transient transient",
+    "units": "QUANTITIES UNIT_SYSTEMS Units written",
+    "wording": "counted end_text finite_or_none many percent rounded",
 }
-_HOME = {name: module for module, names in _LATER.items() for name in names}
+_HOME = {name: module for module, names in _LATER.items() for name in names.split()}
 
-__all__ = [
-    "CONTACT_LAWS",
-    "CONTACT_STATUSES",
-    "HHT",
-    "INITIAL_ACCELERATIONS",
-    "INTEGRATORS",
-    "LAWS_BY_RESTITUTION",
-    "METHOD_NUMBERS",
-    "NEWMARK_LAWS",
-    "STATUSES",
-    "TRBDF2",
-    "WITHOUT_SOLUTION",
-    "BackwardEuler",
-    "Bathe",
-    "Bounds",
-    "Cancelled",
-    "CentralDifference",
-    "Checkpoint",
-    "Cost",
-    "EulerImplicitDamper",
-    "ExactPenalty",
-    "Excitation",
-    "ForceCourse",
-    "GeneralisedAlpha",
-    "HHTInterpolated",
-    "Impact",
-    "Impacts",
-    "Integrator",
-    "LargestStep",
-    "Load",
-    "Material",
-    "Method",
-    "NewmarkBeta",
-    "Record",
-    "Reference",
-    "Response",
-    "SemiImplicitEuler",
-    "Span",
-    "Status",
-    "System",
-    "TimeStepping",
-    "Trajectory",
-    "WithStep",
-    "damping_bounds",
-    "force_courses",
-    "hertz_stiffness",
-    "impact",
-    "largest_step",
-    "over_speeds",
-    "over_steps",
-    "simulate",
-    "stiffness_bounds",
-    "stiffness_for",
-]
-__all__ += sorted(_HOME)
+__all__ = sorted([name for name in globals() if name[0].isupper()] + ["simulate", *_HOME])
 
 
 def __getattr__(name: str):
@@ -350,4 +134,4 @@ def __getattr__(name: str):
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return __all__

@@ -61,9 +61,14 @@ def check_fields(value: object) -> None:
     ValueError
         If one is of another kind than annotated.
     """
-    for each in dataclasses.fields(value):
-        given = getattr(value, each.name)
-        object.__setattr__(value, each.name, _checked(each.name, each.type, given))
+    kinds = {each.name: each.type for each in dataclasses.fields(value)}
+    set_fields(value, **{name: _checked(name, kind, getattr(value, name)) for name, kind in kinds.items()})
+
+
+def set_fields(value: object, **checked: object) -> None:
+    """Set fields of a frozen dataclass to what they were found to be, as its ``__post_init__`` may."""
+    for name, found in checked.items():
+        object.__setattr__(value, name, found)
 
 
 def _plain_types(annotation: object) -> frozenset[type]:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vibroscope.engine.arguments import require, shown, whole
+from vibroscope.engine.arguments import require, set_fields, shown, whole
 from vibroscope.engine.drivers import batch as driver
 from vibroscope.engine.drivers.event_driven import overlap_message
 from vibroscope.engine.drivers.parameters import at_eta, parameter_rows, parameters_of_stops
@@ -20,6 +20,8 @@ from vibroscope.engine.methods import METHOD_NUMBERS, Method
 from vibroscope.engine.model import System, check_eta
 from vibroscope.engine.result import STATUSES, Cancelled, Response, Status
 from vibroscope.engine.simulate import KEEP_LIMIT, PERIODS_LIMIT, STEPS_LIMIT, simulate
+
+FEW_CELLS = 8  # cells or chains for each thread: so few may take long, and threads take them one by one
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,7 @@ class Cells:
                 systems = (None,)
             if not all(isinstance(system, System) for system in systems):
                 raise ValueError(f"system = {shown(self.system)} is no System: give one, or a sequence of them")
-            object.__setattr__(self, "system", systems)
+            set_fields(self, system=systems)
             self._same_length("system")
         for symbol, name in METHOD_NUMBERS.items():
             if getattr(self, name) is None:
@@ -94,7 +96,7 @@ class Cells:
         wanted = (len(values), 4) if name == "initial" and values.ndim > 0 else (values.size,)
         if values.shape != wanted:
             raise ValueError(f"{name} has the shape {values.shape}: give one entry a cell, of initial four")
-        object.__setattr__(self, name, values)
+        set_fields(self, **{name: values})
         self._same_length(name)
 
     def _same_length(self, name: str) -> None:
@@ -230,9 +232,6 @@ class CellResults:
     def ok(self) -> np.ndarray:
         """Whether each cell reached its end, (n,) of bool."""
         return self.status == STATUSES.index(Status.OK)
-
-
-FEW_CELLS = 8  # cells or chains for each thread: so few may take long, and threads take them one by one
 
 
 def run_cells(

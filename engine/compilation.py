@@ -290,7 +290,6 @@ def _step(system: System) -> None:
     steps.neimark_sacker_indicator(found.jacobian)
     steps.interpolated(np.zeros(1), np.array([x]), np.array([ones]), ones, 0.1)
     conditions = np.zeros((2, 1), dtype=np.int64)
-    steps.least_of_margins(found.facts, start[4:], 0.0, conditions)
     steps.margin_values(found.facts, start[4:], 0.0, conditions)
     steps.monodromy_of(found.jacobian)
     steps.impact_that_may_stick(numbers_of((event.PART,)), found.facts, found.facts, 0.0, 0)

@@ -453,9 +453,8 @@ def _given(method: ExactPenalty, gain: float, mass: float, closing: float) -> fl
         return _ratio_law(gain * closing)
     if gain == 0.0:  # no damper, no loss
         return 1.0
-    return min(
-        restitution_alone(parameters_alone(method)._replace(gain=gain, mu=mass), closing), 1.0
-    )  # but for rounding
+    alone = parameters_alone(method)._replace(gain=gain, mu=mass)
+    return min(restitution_alone(alone, closing), 1.0)  # but for rounding
 
 
 def _ratio_law(x: float) -> float:

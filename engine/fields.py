@@ -8,7 +8,7 @@ from dataclasses import field, fields
 from functools import cache
 from typing import Any, NamedTuple
 
-from vibroscope.engine.arguments import require
+from vibroscope.engine.arguments import require, set_fields
 from vibroscope.engine.wording import end_text
 
 
@@ -92,4 +92,4 @@ def check_numbers(value: Any, without: tuple[str, ...] = ()) -> None:
     for name, each in described_fields(type(value)).items():
         number = getattr(value, name)
         if each.allowed is not None and name not in without and not (each.optional and number is None):
-            object.__setattr__(value, name, each.check(name, number))
+            set_fields(value, **{name: each.check(name, number)})

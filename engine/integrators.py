@@ -20,7 +20,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from vibroscope.engine.arguments import require
+from vibroscope.engine.arguments import require, set_fields
 
 BETA_RANGE = (0.0, 1.0)
 GAMMA_RANGE = (0.0, 2.0)
@@ -76,7 +76,7 @@ class Integrator(ABC):
         """One stage, or two that follow each other."""
 
     def _check(self, name: str, span: tuple[float, float], advice: str) -> None:
-        object.__setattr__(self, name, require(name, getattr(self, name), *span, advice))
+        set_fields(self, **{name: require(name, getattr(self, name), *span, advice)})
 
 
 def _newmark(beta: float, gamma: float, alpha_m: float = 0.0, alpha_f: float = 0.0) -> tuple[Stage]:

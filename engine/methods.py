@@ -28,7 +28,7 @@ Which numbers may vary: what the motions of a method and a system do not have is
 from dataclasses import dataclass, field, fields, replace
 from typing import ClassVar
 
-from vibroscope.engine.arguments import flag, one_of, require, shown, whole
+from vibroscope.engine.arguments import flag, one_of, require, set_fields, shown, whole
 from vibroscope.engine.integrators import Integrator, NewmarkBeta
 from vibroscope.engine.law_table import (
     CONTACT_LAWS,
@@ -54,6 +54,7 @@ PENETRATION_RANGE = (0.0, 1e9)
 STIFFENING_RANGE = (1.0, 1e6)
 WITHOUT_SOLUTION = ("stop", "keep", "halve")
 INITIAL_ACCELERATIONS = ("equation", "zero")
+_FLAGS = "every_step", "resolves_contacts"
 
 
 class _WithoutStep:
@@ -135,7 +136,7 @@ class Reference(_WithoutStep):
     def __post_init__(self):
         one_of("joint_damping", self.joint_damping, JOINT_DAMPINGS)
         advice = "give a parting speed, or 0 for its limit; the paper uses 0.002"
-        object.__setattr__(self, "threshold", require("threshold", self.threshold, *THRESHOLD_RANGE, advice))
+        set_fields(self, threshold=require("threshold", self.threshold, *THRESHOLD_RANGE, advice))
 
     @property
     def numbers(self) -> dict[str, float]:
@@ -266,14 +267,12 @@ class TimeStepping(_Penalty):
     def __post_init__(self):
         _check_contact(self)
         n = whole("steps", self.steps, *STEPS_RANGE, "give steps per excitation period; the paper uses 2000 to 8000")
-        object.__setattr__(self, "steps", n)
         if not isinstance(self.integrator, Integrator):
             raise ValueError(f"integrator = {shown(self.integrator)} is not an Integrator, such as NewmarkBeta()")
         one_of("status", self.status, CONTACT_STATUSES)
         one_of("without_solution", self.without_solution, WITHOUT_SOLUTION)
         one_of("initial_acceleration", self.initial_acceleration, INITIAL_ACCELERATIONS)
-        for name in ("every_step", "resolves_contacts"):
-            object.__setattr__(self, name, flag(name, getattr(self, name)))
+        set_fields(self, steps=n, **{name: flag(name, getattr(self, name)) for name in _FLAGS})
         if self.integrator.explicit and self.status == "end":
             name = self.integrator.name
             raise ValueError(f"{name} knows the gap before the force: it has no status = 'end'")
@@ -414,12 +413,11 @@ def _shown_numbers(method: ExactPenalty | TimeStepping, *left_out: str) -> str:
 def _check_contact(method: ExactPenalty | TimeStepping) -> None:
     law = one_of("law", method.law, CONTACT_LAWS)
     k = require("K", method.stiffness, *STIFFNESS_RANGE, "give a contact stiffness; the paper uses 100 to 12000")
-    object.__setattr__(method, "stiffness", k)
-    if method.damping is not None or law not in LAWS_BY_RESTITUTION:
-        d = require("D", method.damping, *DAMPING_RANGE, "give a contact damping; the paper uses 8 to 50")
-        object.__setattr__(method, "damping", d)
+    d = method.damping
+    if d is not None or law not in LAWS_BY_RESTITUTION:
+        d = require("D", d, *DAMPING_RANGE, "give a contact damping; the paper uses 8 to 50")
     n = require("exponent", method.exponent, *EXPONENT_RANGE, "give the power of the penetration, 1.5 for Hertz")
-    object.__setattr__(method, "exponent", n)
+    set_fields(method, stiffness=k, damping=d, exponent=n)
     own = numbers_of(law)
     if n != HERTZ and "exponent" not in own:
         raise ValueError(f"exponent = {n:g} is no number of the law {law!r}: leave it at {HERTZ}")
@@ -434,7 +432,7 @@ def _check_number(method: ExactPenalty | TimeStepping, law: str, name: str, span
     if name in numbers_of(law):
         if given is None:
             raise ValueError(f"{name} is missing: {advice}")
-        object.__setattr__(method, name, require(name, given, *span, advice, open_low=True))
+        set_fields(method, **{name: require(name, given, *span, advice, open_low=True)})
     elif given is not None:
         others = ", ".join(map(repr, laws_with(name)))
         raise ValueError(f"{name} = {shown(given)} is no number of the law {law!r}, but of {others}: leave it out")

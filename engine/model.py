@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from vibroscope.engine.arguments import flag, require, shown
+from vibroscope.engine.arguments import flag, require, set_fields, shown
 from vibroscope.engine.excitation import Excitation
 from vibroscope.engine.fields import Range, check_numbers, described, described_fields
 
@@ -153,16 +153,16 @@ class System:
     sign: ClassVar[float] = 1.0  # of displacements, as in kernels.equations.coordinates
 
     def __post_init__(self):
-        object.__setattr__(self, "wall", flag("wall", self.wall))
+        set_fields(self, wall=flag("wall", self.wall))
         if not isinstance(self.excitation, Excitation):
             raise ValueError(f"excitation = {shown(self.excitation)} is not an Excitation")
         if self.wall:
             self._forget_body_2()
         check_numbers(self, without=("kappa3",))
         self._check_springs()
-        object.__setattr__(self, "kappa3", self._checked_kappa3())
+        set_fields(self, kappa3=self._checked_kappa3())
         if self.kappa3 == 0.0:
-            object.__setattr__(self, "d3", None)
+            set_fields(self, d3=None)
         if self.two_stops and not self.play > 0.0:
             raise ValueError(
                 f"clearance + clearance2 = {self.play:g} leaves no play between the two stops: give clearances whose "
@@ -174,11 +174,9 @@ class System:
                 raise ValueError(f"{name} without clearance2: there is no second stop; give its clearance, too")
 
     def _forget_body_2(self) -> None:
-        for each in fields(self):
-            if each.name in BODY_2:
-                object.__setattr__(self, each.name, each.default)
+        own = {each.name: each.default for each in fields(self) if each.name in BODY_2}
         idle = {each.name: each.default for each in fields(Excitation) if each.name in FORCES_ON_BODY_2}
-        object.__setattr__(self, "excitation", replace(self.excitation, **idle))
+        set_fields(self, **own, excitation=replace(self.excitation, **idle))
 
     def _check_springs(self) -> None:
         """Raise a ValueError if one of two bodies has a spring that it cannot have."""

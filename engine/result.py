@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from vibroscope.engine.kernels.status import STATUSES, Status
+from vibroscope.engine.kernels.status import STATUSES as STATUSES
+from vibroscope.engine.kernels.status import Status
 from vibroscope.engine.methods import Method
 from vibroscope.engine.model import COORDINATES, System
 
@@ -102,19 +103,6 @@ def comparison_dataset(comparison: "Comparison") -> "xr.Dataset":
 def labelled(dims, values, meaning: str, unit: str) -> tuple:
     """A variable with its meaning and its unit."""
     return dims, values, {"units": unit} | ({"long_name": meaning} if meaning else {})
-
-
-__all__ = [
-    "STATUSES",
-    "Cancelled",
-    "Checkpoint",
-    "Cost",
-    "Impacts",
-    "Record",
-    "Response",
-    "Status",
-    "Trajectory",
-]
 
 
 class Cancelled(Exception):

@@ -14,7 +14,7 @@ from vibroscope.engine.drivers.time_stepping import TimeSteppingDriver
 from vibroscope.engine.load import Load, refuse_period
 from vibroscope.engine.methods import Method, Reference
 from vibroscope.engine.model import System, check_eta
-from vibroscope.engine.result import Checkpoint, Record, Response, Status, Trajectory
+from vibroscope.engine.result import Checkpoint, Record, Response, Status
 
 FARTHEST = 1e6  # units of length, base amplitudes in the paper's: no run can start farther away
 PERIODS_LIMIT = 100_000_000
@@ -86,24 +86,20 @@ def simulate(
     require("periods × steps", steps, 0, STEPS_LIMIT, "run fewer periods or fewer steps per period")
     if record is not None:
         record = _check_record(record, keep)
-    start = starting_checkpoint(initial, system, eta, method)
+    return _run(starting_checkpoint(initial, system, eta, method), periods, keep, record, cancelled)
+
+
+def _run(
+    start: Checkpoint, periods: int, keep: int, record: Record | None, cancelled: Callable[[], bool] | None
+) -> Response:
+    """Run the solver of a checkpoint from there."""
     kept_from = start.periods + periods - keep
-    driver = _driver(method)(system, eta, method, start, keep, kept_from, record)
+    driver = _driver(start.method)(start, keep, kept_from, record)
     status, message = driver.advance(kept_from, cancelled, record=False)
-    checkpoint = driver.checkpoint()
+    begun = driver.checkpoint()
     if status is Status.OK:
         status, message = driver.advance(kept_from + keep, cancelled, record=True)
-    return Response(
-        system=system,
-        eta=eta,
-        method=method,
-        periods=periods,
-        keep=keep,
-        status=status,
-        message=message,
-        checkpoint=checkpoint,
-        **driver.results(),
-    )
+    return Response(*driver.problem, periods, keep, status, message, checkpoint=begun, **driver.results())
 
 
 def free_length(system: System, eta: float, initial: Sequence[float] | None = None) -> dict[str, int]:
@@ -153,11 +149,7 @@ def simulate_load(
     ``method.steps`` are those of the whole run.
     """
     eta = 2 * math.pi / system.excitation.load.length
-    start = starting_checkpoint(initial, system, eta, method)
-    driver = _driver(method)(system, eta, method, start, 1, 0, record)
-    checkpoint = driver.checkpoint()
-    status, message = driver.advance(1, cancelled, record=True)
-    return Response(system, eta, method, 1, 1, status, message, checkpoint=checkpoint, **driver.results())
+    return _run(starting_checkpoint(initial, system, eta, method), 1, 1, record, cancelled)
 
 
 def under_load(system: System, load: Load, method: Method, free: float) -> tuple[System, Method]:
@@ -184,30 +176,6 @@ def check_lengths(periods: float, keep: float) -> tuple[int, int]:
     """
     periods = whole("periods", periods, 1, PERIODS_LIMIT, "give the excitation periods to run")
     return periods, whole("keep", keep, 1, min(periods, KEEP_LIMIT), "keep at least one period and at most all of them")
-
-
-def sample_run(
-    system: System,
-    eta: float,
-    method: Method,
-    start: Checkpoint,
-    *,
-    periods: int,
-    record: Record,
-    cancelled: Callable[[], bool] | None = None,
-) -> tuple[Trajectory | None, int]:
-    """Return the samples and the steps of a run of :func:`simulate` that keeps what it samples, and no more.
-
-    For searches, which make thousands of short runs: arguments are not checked. The samples are None if the run ended
-    early.
-    """
-    kept_from = start.periods + periods - record.periods
-    driver = _driver(method)(system, eta, method, start, record.periods, kept_from, record)
-    status, _ = driver.advance(kept_from, cancelled, record=False)
-    if status is Status.OK:
-        driver.advance(kept_from + record.periods, cancelled, record=True)
-    results = driver.results()
-    return results["trajectory"], results["cost"].steps
 
 
 def _driver(method: Method) -> type[Driver]:

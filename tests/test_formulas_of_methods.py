@@ -166,7 +166,7 @@ def test_the_error_that_can_be_attained():
 @compares(49)
 def test_the_mechanical_energy(method):
     system = System(mu=0.7, kappa=1.8, d1=0.1, d2=0.2)
-    forms = energy_forms(simulate(system, ETA, method, periods=3, keep=3))
+    forms = energy_forms(system, ETA, method)
     for x1, v1, g, u, *_ in states(8, 6):
         symbols = {"ξ₁": x1, "ξ₁′": v1, "ξ₂": x1 + g, "ξ₂′": v1 + u, "μ": 0.7, "κ": 1.8, "g": g}
         spring = 0.0 if method.name == "reference" else float(spring_energy(method, np.array([g]))[0])
@@ -179,7 +179,7 @@ def test_the_mechanical_energy(method):
 def test_the_integral_of_a_power_over_twice_a_time():
     generator = np.zeros((7, 7))
     generator[:4] = separated_generator(PARAMETERS)
-    powers = energy_forms(simulate(SYSTEM, ETA, Reference(), periods=2, keep=2)).powers[0]
+    powers = energy_forms(SYSTEM, ETA, Reference()).powers[0]
     changes, integrals = phase_integrals(generator, powers, np.array([0.7, 1.4]))
     moved = changes[0] + np.eye(7)
     for once, twice in zip(*integrals, strict=True):

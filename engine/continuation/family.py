@@ -9,7 +9,7 @@ from dataclasses import KW_ONLY, asdict, dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from vibroscope.engine.arguments import flag, require, shown, whole
+from vibroscope.engine.arguments import flag, require, set_fields, shown, whole
 from vibroscope.engine.continuation.tolerances import LOGARITHMIC
 from vibroscope.engine.methods import CONTACT_LAWS, METHOD_NUMBERS, ExactPenalty, Reference, check_has
 from vibroscope.engine.model import SECOND_STOP, System, check_eta
@@ -214,11 +214,9 @@ class BranchQuestion:
             raise ValueError(f"initial = {shown(initial)} is not a sequence or None")
         if reason := unresolved(self.system) or _unheld(self.system):
             raise ValueError(reason)
-        object.__setattr__(self, "eta", check_eta(self.eta))
+        set_fields(self, eta=check_eta(self.eta), initial=None if initial is None else tuple(initial))
         span = ParameterRange.of(self.family, self.low, self.high)
-        checked = {"low": span.low, "high": span.high, "max_period": longest, "most_orbits": most, "unstable": unstable}
-        for name, value in (checked | {"initial": initial if initial is None else tuple(initial)}).items():
-            object.__setattr__(self, name, value)
+        set_fields(self, low=span.low, high=span.high, max_period=longest, most_orbits=most, unstable=unstable)
 
     @cached_property
     def family(self) -> Family:

@@ -2,9 +2,7 @@
 
 Steps grow where the curve is straight. Where an indicator changes its sign between two orbits, or a margin falls below
 zero, the zero is located along the curve. At the zero of a margin the curve goes on as another sequence of events
-(:mod:`.sequences`).
-
-Where a branch is back at its first orbit, or ends in a branch of half its period.
+(:mod:`.sequences`). It ends where the branch is back at its first orbit, or in a branch of half its period.
 """
 
 from collections.abc import Callable
@@ -53,6 +51,10 @@ from vibroscope.engine.continuation.tolerances import (
 from vibroscope.engine.continuation.tracer import StepControl, Tracer
 from vibroscope.engine.drivers.orbit import event
 from vibroscope.engine.motions.poincare_map import SYMMETRY_BREAKING, size_of
+
+SERIES = 6
+MOST_SHORT = 200  # orbits, from where a new flight is long enough to be an orbit beyond rounding, back to its beginning
+OTHER_END = {STICKING_BEGINS: STICKING_ENDS, STICKING_ENDS: STICKING_BEGINS}  # of a jump: its kind as a point
 
 
 def share_on_chord(point: np.ndarray, here: np.ndarray, there: np.ndarray, aside: float) -> float | None:
@@ -126,11 +128,6 @@ def difference_of_halves(point: CurvePoint) -> np.ndarray:
     """ξ₁ and g half a cycle later less those at τ = 0, (2,): an impact there leaves them as they are."""
     rows = point.evaluation.section[:, [0, 2]]
     return rows[len(rows) // 2] - rows[0]
-
-
-SERIES = 6
-MOST_SHORT = 200  # orbits, from where a new flight is long enough to be an orbit beyond rounding, back to its beginning
-OTHER_END = {STICKING_BEGINS: STICKING_ENDS, STICKING_ENDS: STICKING_BEGINS}  # of a jump: its kind as a point
 
 
 class BranchTracer(Tracer):

@@ -1,9 +1,8 @@
 """A periodic orbit as the sequence of its events, and how it is read off a run.
 
-What keeps a solution of the equations an orbit with its sequence of events: margins.
-
-Each is smooth along a curve of orbits with one sequence of events, and positive as long as the solution is an orbit
-with this sequence. At its zero the sequence changes.
+Margins keep a solution of the equations an orbit with its sequence of events. Each is smooth along a curve of orbits
+with one sequence of events, and positive as long as the solution is an orbit with this sequence. At its zero the
+sequence changes.
 """
 
 from collections.abc import Callable, Iterator
@@ -28,6 +27,14 @@ if TYPE_CHECKING:
 NAMES = {getattr(event, name.upper()): name for name in ("impact", "stick", "chatter", "release", "touch", "part")}
 NAMES |= {kind + event.SECOND: f"{name} at the second stop" for kind, name in NAMES.items()}
 KINDS = {name: kind for kind, name in NAMES.items()}
+LATER_SUM = "chatter summed later"  # no point of a branch: the orbit is the same
+STAYS_SHUT = "contact no longer opens"  # OPENS from the other side
+_MORE = {
+    (GRAZING, True): (event.IMPACT,),
+    (GRAZING, False): (event.TOUCH, event.PART),
+    (OPENS, True): (event.RELEASE, event.STICK),
+    (OPENS, False): (event.PART, event.TOUCH),
+}  # events at the zero of a minimum, of the reference and of the exact penalty
 
 
 @dataclass(frozen=True)
@@ -246,16 +253,6 @@ def _length(orbit: Orbit, first: int, last: int) -> float:
     return float(length if last > first else length + orbit.period)
 
 
-LATER_SUM = "chatter summed later"  # no point of a branch: the orbit is the same
-STAYS_SHUT = "contact no longer opens"  # OPENS from the other side
-_MORE = {
-    (GRAZING, True): (event.IMPACT,),
-    (GRAZING, False): (event.TOUCH, event.PART),
-    (OPENS, True): (event.RELEASE, event.STICK),
-    (OPENS, False): (event.PART, event.TOUCH),
-}  # events at the zero of a minimum, of the reference and of the exact penalty
-
-
 class Margin(NamedTuple):
     """A condition on an orbit, met while ``value`` > 0."""
 
@@ -289,8 +286,9 @@ def margins(orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenal
 
 
 def least_margin(orbit: Orbit, evaluation: Evaluation, method: Reference | ExactPenalty) -> float:
-    """The smallest margin of an orbit."""
-    return steps.least_of_margins(*_of_values(_conditions_of(orbit, method)[1], orbit, evaluation, method))
+    """The smallest margin of an orbit; nan if one of them is."""
+    values = steps.margin_values(*_of_values(_conditions_of(orbit, method)[1], orbit, evaluation, method))
+    return float(values.min())
 
 
 def parts_more_than_pressed(k: int, point: "CurvePoint") -> float:

@@ -1,13 +1,9 @@
 """Curves of points in two parameters: where a fold, a doubling or a grazing lies as another one varies.
 
-A curve is followed by pseudo-arclength in all unknowns (:mod:`.points`), so that its turning points and its
-cusps are nothing special. Where another bifurcation lies on it, or where the sequence of events ceases to hold, both
-conditions are solved together: a point of codimension two, the same from either curve.
-
-Points of codimension two: where another bifurcation, or a change of the sequence of events, lies on a curve.
-
-Both conditions are solved together, so that such a point is the same from either curve. That of a point that grazes,
-too, is solved on the curve of grazings, whose touch is an event.
+A curve is followed by pseudo-arclength in all unknowns (:mod:`.points`), so that its turning points and its cusps are
+nothing special. Where another bifurcation lies on it, or where the sequence of events ceases to hold, both conditions
+are solved together: a point of codimension two, the same from either curve. That of a point that grazes, too, is solved
+on the curve of grazings, whose touch is an event.
 """
 
 from collections import deque
@@ -51,6 +47,10 @@ CUSP = "cusp"
 
 Key = tuple[str, bool]  # kind of the other bifurcation, and whether it is one of the orbit without the touch
 At = Callable[[float], Place | None]  # the place a distance ahead
+MOST_POINTS = 2000  # of a curve in each direction
+# Of the difference of halves: places with these, from which both numbers are extrapolated
+PARTS = (0.85, 0.7, 0.55, 0.4)
+CLOSES = "the curve closes in itself"
 
 
 class Meetings:
@@ -140,12 +140,6 @@ def _on_unit_circle(place: Place) -> bool:
     values = place.evaluation.multipliers
     on = values[np.abs(np.abs(values) - 1) < ON_CIRCLE]
     return len(on) > 1
-
-
-MOST_POINTS = 2000  # of a curve in each direction
-# Of the difference of halves: places with these, from which both numbers are extrapolated
-PARTS = (0.85, 0.7, 0.55, 0.4)
-CLOSES = "the curve closes in itself"
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,10 @@ At some values of the number runs from several starts show the motions that attr
 yet is followed both ways through the range. Branches of twice the period begin at period doublings, and others at
 branch points; they are followed, too, up to the longest cycle that is asked for.
 
-What a search for branches has finished, in a folder: the same search takes it up where it was stopped or killed.
-
-A search makes the same traces in the same order each time. So trace k is read instead of followed if it begins at the
-same orbit. A trace is a file that is written whole or not at all; its numbers are written so that they are read to the
-last bit, and what follows from them is computed again.
+What a search has finished stands in a folder, so that the same search takes it up where it was stopped or killed. It
+makes the same traces in the same order each time. So trace k is read instead of followed if it begins at the same
+orbit. A trace is a file that is written whole or not at all; its numbers are written so that they are read to the last
+bit, and what follows from them is computed again.
 """
 
 import json
@@ -39,6 +38,14 @@ from vibroscope.engine.simulate import starting_checkpoint
 
 QUESTION = "question.json"
 ENGINE = Path(__file__).parents[1]
+SEEDS = 40  # values of the number at which motions are looked for
+STARTS_AT_EACH = 6  # at each, the first of them rest
+FINE_SEEDS = 500  # values at which they are looked for then, from one start
+MOST_IN_ALL = 100_000  # orbits on all branches together, after which the search ends: some minutes
+STOPPED = "stopped"  # the end of a branch that was being followed when the search was cancelled
+LONGEST_UNSTABLE = 8.0  # scaled length of the part of a branch, of more than one period, on which no motion is stable
+AWAY = 10.0 ** np.arange(-4, -1.0, 0.5)  # scaled first steps on a branch that begins at a point
+EVERY = 10  # orbits: how often a branch is compared with those found before
 
 
 class Journal:
@@ -111,16 +118,6 @@ def _read_point(kept: list, curve: Curve) -> CurvePoint:
     period, kinds, first, unknowns, tangent = kept
     orbit = Orbit(period, tuple(kinds), first, np.array(unknowns[:-1]))
     return CurvePoint(curve, orbit, unknowns[-1], np.array(tangent))
-
-
-SEEDS = 40  # values of the number at which motions are looked for
-STARTS_AT_EACH = 6  # at each, the first of them rest
-FINE_SEEDS = 500  # values at which they are looked for then, from one start
-MOST_IN_ALL = 100_000  # orbits on all branches together, after which the search ends: some minutes
-STOPPED = "stopped"  # the end of a branch that was being followed when the search was cancelled
-LONGEST_UNSTABLE = 8.0  # scaled length of the part of a branch, of more than one period, on which no motion is stable
-AWAY = 10.0 ** np.arange(-4, -1.0, 0.5)  # scaled first steps on a branch that begins at a point
-EVERY = 10  # orbits: how often a branch is compared with those found before
 
 
 class BranchSearch:

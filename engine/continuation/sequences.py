@@ -6,13 +6,12 @@
 - *Sticking*: with the threshold ε an impact that leaves a parting speed of ε takes the whole relative velocity instead,
   so that the motion jumps by as much.
 
-Its own margins say which way the new curve goes.
+Which way the new curve goes is said by its own margins.
 
-Where an impact begins or ceases to stick the motion jumps by about ε: the first orbit behind the jump.
-
-What is zero where a sequence ends, the parting speed less ε or the force that presses the bodies together, is so at an
-orbit of the sequence beyond the jump, too, at another α₁. There its curve begins, and leads to where that grows. So a
-branch has the same orbits and points whichever way it is followed: a jump has two ends, and both are points.
+Where an impact begins or ceases to stick the motion jumps by about ε, and the first orbit is that behind the jump. What
+is zero where a sequence ends, the parting speed less ε or the force that presses the bodies together, is so at an orbit
+of the sequence beyond the jump, too, at another α₁. There its curve begins, and leads to where that grows. So a branch
+has the same orbits and points whichever way it is followed: a jump has two ends, and both are points.
 """
 
 from collections.abc import Iterator, Sequence
@@ -48,6 +47,7 @@ from vibroscope.engine.drivers.orbit import event
 
 JUMPS = 10.0 ** np.arange(-7, -3)  # of the range, to where runs show a sequence that follows
 SPLICED = 3  # events of a run, from the first that differs on, with which the last orbit may go on
+STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
 
 
 def after_jump(curve: Curve, last: CurvePoint, margin: Margin | None) -> tuple[CurvePoint | None, CurvePoint | None]:
@@ -217,9 +217,6 @@ def _leading_on(curve: Curve, start: CurvePoint, last: float, onwards: float) ->
     if found is None:
         found = first_ahead(curve, (start, start.turned()), lambda there: not low <= there <= high)
     return found
-
-
-STEPS = 10.0 ** np.arange(-7, -2.5, 0.5)  # scaled, along the new curve: the first that shows which way it goes
 
 
 def beyond(curve: Curve, last: CurvePoint) -> tuple[CurvePoint | None, Margin, CurvePoint | None, bool]:

@@ -25,8 +25,8 @@ from vibroscope.engine.drivers.section import period_of
 from vibroscope.engine.methods import ExactPenalty, Reference, TimeStepping
 from vibroscope.engine.model import System
 from vibroscope.engine.motions.steady import steady
-from vibroscope.engine.result import Checkpoint, Record, Response
-from vibroscope.engine.simulate import sample_run
+from vibroscope.engine.result import Record, Response
+from vibroscope.engine.simulate import simulate
 
 
 class Target:
@@ -177,12 +177,10 @@ class SampledRuns:
         elif self.is_skipped(method):
             numbers = method.stiffness, method.damping, method.steps
             return self._skip(numbers, start, periods, record, cancelled)
-        checkpoint = Checkpoint(self._system, self._eta, method, 0, start)
-        options = {"periods": periods, "record": record, "cancelled": cancelled}
-        samples, steps = sample_run(self._system, self._eta, method, checkpoint, **options)
-        if samples is None:
-            return None, steps
-        return samples.displacement[:, :-1].reshape(2, record.periods, -1), steps
+        options = {"periods": periods, "keep": record.periods, "initial": start, "record": record}
+        found = simulate(self._system, self._eta, method, cancelled=cancelled, **options)
+        samples, steps = found.trajectory, found.cost.steps
+        return None if samples is None else samples.displacement[:, :-1].reshape(2, record.periods, -1), steps
 
     def _skip(self, *run) -> tuple[np.ndarray | None, int]:
         try:

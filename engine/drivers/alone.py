@@ -18,7 +18,7 @@ from vibroscope.engine.kernels.compile.record import make_buffers, no_contact
 from vibroscope.engine.kernels.equations.contact_law import HUNT_CROSSLEY, contact_law_of, gain_at, law_force
 from vibroscope.engine.kernels.event_driven import law_integrate
 from vibroscope.engine.kernels.event_driven.law_contact import LawSystem
-from vibroscope.engine.kernels.event_driven.state import HybridState
+from vibroscope.engine.kernels.event_driven.state import HybridState, start_state
 from vibroscope.engine.kernels.parameters import Parameters
 from vibroscope.engine.kernels.status import DIVERGED, OK, WITHOUT_SOLUTION
 from vibroscope.engine.kernels.time_stepping import linear_step, located, touches
@@ -129,18 +129,7 @@ def _steps_alone(p: Parameters, closing: float) -> Iterator[tuple[LawSystem, Hyb
     spacing = deepest_penetration(p.stiffness, p.mu, closing, p.exponent) / closing
     system = system._replace(law=uncompiled(contact_law_of)(p), flight=system.flight._replace(spacing=spacing))
     opened = uncompiled(no_contact)()._replace(closing=closing)
-    a = HybridState(
-        period=0.0,
-        tau=0.0,
-        x1=0.0,
-        v1=0.0,
-        gap=0.0,
-        rate=-closing,
-        mode=law_integrate.SMOOTH,
-        order=0.0,
-        events=0.0,
-        contact=opened,
-    )
+    a = uncompiled(start_state)(system, (0.0, 0.0, 0.0, -closing))._replace(mode=law_integrate.SMOOTH, contact=opened)
     for _ in range(MOST_STEPS):
         s, after, ends, _ = law_integrate.follow_smooth(system, a, math.inf)
         if s < 0.0:
@@ -243,27 +232,12 @@ class Touches:
 
     def _follow_located(self, start: np.ndarray) -> tuple[located.LocatedState, np.ndarray, bool, int]:
         """The state after the contact, a sample of each step, (n, 5), whether it is over, and how the run ended."""
-        state = located.STATE.pack(
-            located.LocatedState(
-                x=0.0,
-                v=0.0,
-                a=0.0,
-                g=float(start[0]),
-                u=float(start[1]),
-                b=self.flight,
-                piece=located.FREE,
-                step=0,
-                offset=0.0,
-                solves=0,
-                solves_before=0,
-                since=0.0,
-                contact=uncompiled(no_contact)(),
-            )
-        )
+        begin = {"g": float(start[0]), "u": float(start[1]), "b": self.flight, "piece": located.FREE}
+        nothing = located.STATE.read(located.STATE.zeros())
+        state = located.STATE.pack(nothing._replace(**begin, contact=uncompiled(no_contact)()))
         buffers = make_buffers(0, np.zeros(1), self._most, 1)
         window = 0, 0, 1
-        code = located.integrate_located(
-            self._located, self._forces, state, self._most, MOST_SOLVES, window, buffers.flat, buffers.sizes
-        )
+        run = self._located, self._forces, state, self._most, MOST_SOLVES, window
+        code = located.integrate_located(*run, buffers.flat, buffers.sizes)
         now, samples, over = located.STATE.read(state), buffers.views.samples, buffers.views.used[1] > 0
         return now, samples[: now.step + 1], over, code

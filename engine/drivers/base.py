@@ -16,10 +16,8 @@ from vibroscope.engine.facts import Ending
 from vibroscope.engine.kernels.compile.packing import Layout
 from vibroscope.engine.kernels.compile.record import IMPACT_COLUMNS, Buffers, PackedBuffers, make_buffers
 from vibroscope.engine.kernels.parameters import Parameters
-from vibroscope.engine.kernels.status import CROSSED, FULL, PAUSED, STATUSES
+from vibroscope.engine.kernels.status import CROSSED, FULL, OK, PAUSED, STATUSES
 from vibroscope.engine.kernels.time_stepping.newmark import LIMIT
-from vibroscope.engine.methods import TimeStepping
-from vibroscope.engine.model import System
 from vibroscope.engine.result import Checkpoint, Cost, Impacts, Record, Status, Trajectory, check_cancelled
 from vibroscope.engine.wording import end_text
 
@@ -36,10 +34,15 @@ class Driver(ABC):
     run.
     """
 
-    def __init__(self, eta: float, periods: int, keep: int, kept_from: int, phases: np.ndarray, sampled_periods: int):
-        self.period = 2 * math.pi / eta
-        self.periods = periods
+    def __init__(self, start: Checkpoint, keep: int, kept_from: int, record: Record | None):
+        self.problem = self.system, self.eta, self.method = start.system, start.eta, start.method
+        self.period = 2 * math.pi / self.eta
+        self.periods = start.periods
         self.kept_from = kept_from
+        sampled_periods, phases = 0, np.zeros(1)
+        if record:
+            steps = self.method.steps or record.steps or record.per_period
+            sampled_periods, phases = record.periods, record.phases(steps)
         self.sampled_from = kept_from + keep - sampled_periods
         self.seconds = 0.0
         self._buffers = make_buffers(keep, phases, sampled_periods, CAPACITY)
@@ -69,13 +72,13 @@ class Driver(ABC):
             upto = min(stop, self.periods + self.periods_per_call())
             self.prepare()
             begin = time.perf_counter()
-            status, again = self.integrate(upto, buffers)
+            code = self.integrate(upto, buffers)
             self.seconds += time.perf_counter() - begin
             self._collect(buffers.views)
-            if status is not Status.OK:
-                return status, self.explain(status)
-            if not again:
+            if code == OK:
                 self.periods = upto
+            elif code not in (FULL, PAUSED):
+                return STATUSES[code], self.explain(STATUSES[code])
         return Status.OK, ""
 
     def _collect(self, buffers: Buffers) -> None:
@@ -139,8 +142,8 @@ class Driver(ABC):
         """Call the loop up to the end of a period, or of a step; returns, maybe with more, the code of its end."""
 
     @abstractmethod
-    def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
-        """Call the kernel up to the end of period ``stop``; the flag: it has to be called again."""
+    def integrate(self, stop: int, buffers: PackedBuffers) -> int:
+        """Call the kernel up to the end of period ``stop``; FULL and PAUSED: it has to be called again."""
 
     @abstractmethod
     def explain(self, status: Status) -> Ending:
@@ -178,23 +181,11 @@ class SteppingDriver(Driver):
     layout: ClassVar[Layout]
     solves_per_call: ClassVar[int]  # which take some hundredths of a second
 
-    def __init__(
-        self,
-        system: System,
-        eta: float,
-        method: TimeStepping,
-        start: Checkpoint,
-        keep: int,
-        kept_from: int,
-        record: Record | None,
-    ):
-        n = method.steps
-        phases = record.phases(n) if record else np.zeros(1)
-        super().__init__(eta, start.periods, keep, kept_from, phases, record.periods if record else 0)
-        self.run = system, eta, method
-        self._method = method
+    def __init__(self, start: Checkpoint, keep: int, kept_from: int, record: Record | None):
+        super().__init__(start, keep, kept_from, record)
+        n = self.method.steps
         self._window = (kept_from * n, self.sampled_from * n, record.stride(n) if record else n)
-        self._stops = [self.tables_of(p) for p in parameters_of_stops(*self.run)]
+        self._stops = [self.tables_of(p) for p in parameters_of_stops(*self.problem)]
         own = len(start.state) >= self.layout.size
         self._see_from(self._first_stop(start, own))
         self._state = np.array(start.state[: self.layout.size]) if own else self.start_state(start)
@@ -224,19 +215,18 @@ class SteppingDriver(Driver):
     def start_state(self, start: Checkpoint) -> np.ndarray:
         """The packed state at τ = 0."""
 
-    def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
-        code = self.call(stop * self._method.steps, buffers)
-        if code == CROSSED:
-            other = 1 - self._stop
-            self._state = self.turned(self._stops[other], self._now.step >= self._window[0])
-            self._see_from(other)
-            code = PAUSED
-        again = code in (FULL, PAUSED)
-        return Status.OK if again else STATUSES[code], again
+    def integrate(self, stop: int, buffers: PackedBuffers) -> int:
+        code = self.call(stop * self.method.steps, buffers)
+        if code != CROSSED:
+            return code
+        other = 1 - self._stop
+        self._state = self.turned(self._stops[other], self._now.step >= self._window[0])
+        self._see_from(other)
+        return PAUSED
 
     def checkpoint(self) -> Checkpoint:
         seen_from = (float(self._stop),) if len(self._stops) > 1 else ()
-        return Checkpoint(*self.run, self.periods, (*self._state.tolist(), *seen_from))
+        return Checkpoint(*self.problem, self.periods, (*self._state.tolist(), *seen_from))
 
     @property
     def _now(self) -> tuple:
@@ -245,17 +235,17 @@ class SteppingDriver(Driver):
 
     def _steps_done(self) -> int:
         # a skip stops short of where a run is cut; a run that ended early stands where it did
-        return max(self._now.step, self.periods * self._method.steps)
+        return max(self._now.step, self.periods * self.method.steps)
 
     def steps_taken(self) -> int:
         """Those since τ = 0, as its cost counts them."""
         return self._steps_done()
 
     def periods_per_call(self) -> int:
-        return max(1, self.solves_per_call // self._method.steps)
+        return max(1, self.solves_per_call // self.method.steps)
 
     def section_rows_done(self) -> int:
-        return max(0, (self._steps_done() - self._window[0]) // self._method.steps)
+        return max(0, (self._steps_done() - self._window[0]) // self.method.steps)
 
     def cost(self) -> Cost:
         return Cost(self.seconds, steps=self.steps_taken() - self._started)
@@ -266,7 +256,7 @@ class SteppingDriver(Driver):
 
         Of a load that is no harmonic its value there and its slope up to the next step: between steps it is linear.
         """
-        n, load = self._method.steps, self.run[0].excitation.load
+        n, load = self.method.steps, self.system.excitation.load
         if load is None:
             angle = 2 * np.pi * np.arange(n + 1) / n
             return np.array([np.cos(angle), np.sin(angle)])
@@ -278,7 +268,7 @@ class SteppingDriver(Driver):
 
     def explain_divergence(self, step: int, limit: str = "") -> Ending:
         """The step at which the run diverged, the reason, what to change, and the limit of stability if it is known."""
-        n, method = self._method.steps, self._method
+        n, method = self.method.steps, self.method
         solution = "Newmark's solution" if method.is_newmarks else f"the solution by {method.integrator.short_title()}"
         return Ending(
             f"{solution} blew up",

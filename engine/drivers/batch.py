@@ -35,6 +35,8 @@ from vibroscope.engine.methods import ExactPenalty, Method, Reference
 NO_TRAPS = Traps(np.zeros((0, 4)), np.zeros((0, 4, 4)))
 # Transient after which it is first seen whether a cell that the kernel does not run is periodic; how much later again.
 SHORTEST, LATER = 96, (0, 10 * CYCLE, 40 * CYCLE, 80 * CYCLE)
+ONE_BY_ONE = -1  # a place whose cell no kernel of many cells runs
+TOGETHER = 16  # cells that a thread takes at a time
 
 
 def kind_of_events(method: Method) -> int:
@@ -97,9 +99,6 @@ def empty_results(n: int, task: Task) -> BatchResults:
         periods=np.zeros(n, dtype=np.int64),
         known=np.full(n, NO_TRAP),
     )
-
-
-ONE_BY_ONE = -1  # a place whose cell no kernel of many cells runs
 
 
 def share_cells(
@@ -298,9 +297,6 @@ def follow(
         return run
 
     share_cells(calls_of(method, rows), np.arange(1, len(rows) + 1), in_kernel, by_itself, grain=1, **how)
-
-
-TOGETHER = 16  # cells that a thread takes at a time
 
 
 def settle(

@@ -10,16 +10,8 @@ from numba.core import event
 from numba.core.dispatcher import Dispatcher
 from numba.core.registry import cpu_target
 from vibroscope.engine import kernels
-from vibroscope.engine.kernels.compile.options import cache_root, source_digest
-
-__all__ = [
-    "CompileListener",
-    "cache_root",
-    "compilable_functions",
-    "complete_mark",
-    "is_cache_private",
-    "source_digest",
-]
+from vibroscope.engine.kernels.compile.options import cache_root
+from vibroscope.engine.kernels.compile.options import source_digest as source_digest
 
 _KERNELS = f"{__package__.rpartition('.')[0]}.kernels."
 

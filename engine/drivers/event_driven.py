@@ -39,11 +39,15 @@ from vibroscope.engine.kernels.event_driven.state import (
 from vibroscope.engine.kernels.event_driven.two_stops import write_start
 from vibroscope.engine.kernels.linear.tables import INTEGRAL
 from vibroscope.engine.kernels.parameters import Parameters, no_keys
-from vibroscope.engine.kernels.status import FULL, OK, PAUSED, STATUSES
+from vibroscope.engine.kernels.status import OK, PAUSED, UNRESOLVED
 from vibroscope.engine.load import Load
 from vibroscope.engine.methods import ExactPenalty, Reference
 from vibroscope.engine.model import System
 from vibroscope.engine.result import Checkpoint, Cost, Record, Status
+
+PERIODS_PER_CALL = 2000
+NO_BUFFERS = make_buffers(0, np.zeros(1), 0, 0)
+COMPLETION = 1e-5  # the closed form of a chatter's end neglects the square of this
 
 
 def separating_circles(rows: np.ndarray) -> np.ndarray:
@@ -70,11 +74,6 @@ def separating_circles(rows: np.ndarray) -> np.ndarray:
     inner, outer = (np.take_along_axis(sizes, k[:, None], axis=1)[:, 0] for k in (last, last + 1))
     circles[stiff] = np.where(wide.any(axis=1)[:, None], np.column_stack([np.sqrt(inner * outer), inner]), 0.0)
     return circles
-
-
-PERIODS_PER_CALL = 2000
-NO_BUFFERS = make_buffers(0, np.zeros(1), 0, 0)
-COMPLETION = 1e-5  # the closed form of a chatter's end neglects the square of this
 
 
 def no_tables(layout: Layout, stops: int, more: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -171,19 +170,8 @@ class EventDriver(Driver):
 
     loop: ClassVar = staticmethod(kernel.integrate)
 
-    def __init__(
-        self,
-        system: System,
-        eta: float,
-        method: Reference | ExactPenalty,
-        start: Checkpoint,
-        keep: int,
-        kept_from: int,
-        record: Record | None,
-    ):
-        phases = record.phases(record.steps or record.per_period) if record else np.zeros(1)
-        self.run = system, eta, method
-        super().__init__(eta, start.periods, keep, kept_from, phases, record.periods if record else 0)
+    def __init__(self, start: Checkpoint, keep: int, kept_from: int, record: Record | None):
+        super().__init__(start, keep, kept_from, record)
         self._events = self._evaluations = self._pauses = 0
         self._paused_in = -1.0
         self._window = (float(kept_from), float(self.sampled_from))
@@ -192,12 +180,12 @@ class EventDriver(Driver):
 
     def begin(self, start: Checkpoint) -> None:
         """Set up the tables and the state that the run starts from."""
-        self._system = set_up(*self.run)
-        self._state = packed_start(self._system, start)
+        self._hybrid = set_up(*self.problem)
+        self._state = packed_start(self._hybrid, start)
 
     def call(self, stop: int, buffers: PackedBuffers) -> tuple[int, int, int]:
         """Call the event loop."""
-        run = self._system.packed, self._state, float(stop), self._window
+        run = self._hybrid.packed, self._state, float(stop), self._window
         return self.loop(*run, buffers.flat, buffers.sizes, None)
 
     def periods_per_call(self) -> int:
@@ -211,19 +199,17 @@ class EventDriver(Driver):
     def _place(self) -> float:
         """The period in which the run stands; of a load that is no harmonic, the thousandth part of its only one."""
         now = self._now
-        return now.period if self.run[0].excitation.load is None else now.tau // (1e-3 * self.period)
+        return now.period if self.system.excitation.load is None else now.tau // (1e-3 * self.period)
 
-    def integrate(self, stop: int, buffers: PackedBuffers) -> tuple[Status, bool]:
+    def integrate(self, stop: int, buffers: PackedBuffers) -> int:
         code, events, evaluations = self.call(stop, buffers)
         self._events += events
         self._evaluations += evaluations
-        if code == PAUSED:
-            self._pauses = self._pauses + 1 if self._place == self._paused_in else 0
-            self._paused_in = self._place
-            if self._pauses > kernel.MOST_PAUSES:
-                return Status.UNRESOLVED, False
-        again = code in (FULL, PAUSED)
-        return Status.OK if again else STATUSES[code], again
+        if code != PAUSED:
+            return code
+        self._pauses = self._pauses + 1 if self._place == self._paused_in else 0
+        self._paused_in = self._place
+        return UNRESOLVED if self._pauses > kernel.MOST_PAUSES else PAUSED
 
     def explain(self, status: Status) -> Ending:
         period = int(self._now.period) + 1
@@ -239,14 +225,14 @@ class EventDriver(Driver):
                 "their joint damping and the two dampers contradict each other",
                 "take the derived joint damping, or smaller damping ratios",
             )
-        rigid = self._system.views.rigid
+        rigid = self._hybrid.views.rigid
         change = "take a larger threshold or a smaller restitution" if rigid else "take a smaller K"
         what = f"over {kernel.MOST_EVENTS} impacts and contacts in period {period}"
         return Ending(what, "the chatter does not end", change)
 
     def record_open_contact(self, buffers: Buffers) -> None:
         if uncompiled(in_contact)(self._now) and self.periods > self.kept_from:
-            views = self._system.seen_from(self._state)
+            views = self._hybrid.seen_from(self._state)
             record_open_contact(views, self._now, float(self.periods), self._window, buffers)
 
     def section_rows_done(self) -> int:
@@ -256,7 +242,7 @@ class EventDriver(Driver):
         return Cost(self.seconds, events=self._events, evaluations=self._evaluations)
 
     def checkpoint(self) -> Checkpoint:
-        return Checkpoint(*self.run, self.periods, tuple(self._state.tolist()))
+        return Checkpoint(*self.problem, self.periods, tuple(self._state.tolist()))
 
 
 def start_at(packed: np.ndarray, y: Sequence[float]) -> np.ndarray:

@@ -228,14 +228,14 @@ class LawDriver(EventDriver):
     loop: ClassVar = staticmethod(kernel.integrate_law)
 
     def begin(self, start: Checkpoint) -> None:
-        self._systems = set_up_stops(*self.run)
+        self._systems = set_up_stops(*self.problem)
         if len(start.state) > 4:
             self._state = np.array(start.state)
         else:
             self._state = start_of_law(self._systems, uncompiled(contact_coordinates)(start.system, *start.state))
 
     @property
-    def _system(self) -> LawSystem:
+    def _hybrid(self) -> LawSystem:
         """As the state is seen."""
         return self._systems[int(self._state[SEEN_FROM])]
 
@@ -254,7 +254,7 @@ class LawDriver(EventDriver):
         return Ending(what, "a contact does not end", "take a smaller K")
 
     def record_open_contact(self, buffers: Buffers) -> None:
-        p, a = self._system, self._now
+        p, a = self._hybrid, self._now
         if a.mode <= kernel.PIECES_FROM or self.periods <= self.kept_from:
             return
         s = (self.periods - a.period) * self.period - a.tau

@@ -36,7 +36,7 @@ class LocatedDriver(SteppingDriver):
 
     def tables_of(self, p: Parameters) -> dict:
         p = as_steps_see(p)
-        scheme = scheme_of_run(p, self._method)
+        scheme = scheme_of_run(p, self.method)
         return {
             "_parameters": p,
             "_scheme": scheme,
@@ -50,8 +50,8 @@ class LocatedDriver(SteppingDriver):
         return self.layout.pack(s._replace(x=-s.x, v=-s.v, a=-s.a, g=self._play - s.g, u=-s.u, b=-s.b))
 
     def start_state(self, start: Checkpoint) -> np.ndarray:
-        at_rest = self._method.initial_acceleration == "zero"
-        scheme = scheme_of_run(at_start(self._parameters, self.load[0, 0]), self._method)
+        at_rest = self.method.initial_acceleration == "zero"
+        scheme = scheme_of_run(at_start(self._parameters, self.load[0, 0]), self.method)
         return self.layout.pack(kernel.start_state(scheme, tuple(start.state), self.kept_from == 0, at_rest))
 
     def forces_of_steps(self, scheme: LocatedScheme) -> np.ndarray:
@@ -69,7 +69,7 @@ class LocatedDriver(SteppingDriver):
     def explain(self, status: Status) -> Ending:
         if status is Status.DIVERGED:
             return super().explain(status)
-        step, n = self._now.step, self._method.steps
+        step, n = self._now.step, self.method.steps
         return Ending(
             f"more than {kernel.SOLVES_PER_STEP:,} solves within step {step} (period {step / n:.2f})",
             "contacts follow each other far faster than the excitation",

@@ -1,11 +1,9 @@
 """Driver of Newmark's method with a constant step: its own loop of few operations, and skipping.
 
-Samples of many short runs of Newmark's method, one after the other in the same arrays: for searches.
+A search makes thousands of runs that take less time than Python needs to set up a driver. For it
+:class:`SkippedSamples` makes once what does not change from run to run, and collects nothing but samples.
 
-A search makes thousands of runs that take less time than Python needs to set up a driver. So what does not change from
-run to run is made once, and nothing is collected but samples.
-
-Plain twin: :func:`engine.simulate.sample_run` (tests/engine/test_trials.py).
+Plain twin: :func:`engine.simulate` (tests/engine/test_trials.py).
 """
 
 from collections.abc import Callable
@@ -58,12 +56,12 @@ class NewmarkDriver(SteppingDriver):
 
     def tables_of(self, p: Parameters) -> dict:
         row, scheme, packed, cosines = np.array(p), newmark.scheme_of(p), None, None
-        harmonic = self.run[0].excitation.load is None
+        harmonic = self.system.excitation.load is None
         if (
             harmonic
             and np.isinf(p.play)
             and are_held(p)
-            and can_skip(p.eta, free_rate(p), self._method.steps, self._method)
+            and can_skip(p.eta, free_rate(p), self.method.steps, self.method)
         ):
             packed = SKIPPING.zeros()
             set_up_skipping(packed, no_keys(), row)

@@ -2,20 +2,11 @@
 
 import numpy as np
 from vibroscope.engine.kernels import section_statistics as statistics
-from vibroscope.engine.kernels.section_statistics import LONGEST_NEAR_PERIOD, NEAR_TOLERANCE, TOLERANCE
+from vibroscope.engine.kernels.section_statistics import LONGEST_NEAR_PERIOD as LONGEST_NEAR_PERIOD
+from vibroscope.engine.kernels.section_statistics import NEAR_TOLERANCE as NEAR_TOLERANCE
+from vibroscope.engine.kernels.section_statistics import TOLERANCE
 from vibroscope.engine.result import Response
 
-__all__ = [
-    "LONGEST_NEAR_PERIOD",
-    "NEAR_TOLERANCE",
-    "TOLERANCE",
-    "describe_section",
-    "name_numbers",
-    "near_period_of",
-    "period_of",
-    "periods_of",
-    "sizes_of",
-]
 UNKNOWN = -1
 
 

@@ -1,8 +1,7 @@
 """Tables by which one-step methods skip steps (:mod:`..kernels.accelerated.matrix_skip`), made of their step maps.
 
-The modes of a one-step method (:mod:`..kernels.accelerated.matrix_skip`): its steps while nothing changes.
-
-All quantities are rows of factors of u before the step (:mod:`.step_maps`).
+A mode (:class:`Mode`) is what a step is while nothing changes. All quantities are rows of factors of u before the step
+(:mod:`.step_maps`).
 """
 
 import math
@@ -29,6 +28,10 @@ from vibroscope.engine.kernels.equations.contact_law import CUT, OTHER, takes_la
 from vibroscope.engine.kernels.equations.motion import free_rate, pressed_rate
 from vibroscope.engine.kernels.parameters import Parameters
 from vibroscope.engine.kernels.time_stepping.linear_step import COLUMNS, GAP, RATE, STATE_ROWS, LinearScheme
+
+LONGEST = ENTRIES  # stride: every step is then one entry of each level away
+BLOCK = 16  # rows of a product: so small that BLAS does not wake other threads for it, which would take longer
+SAME_ROW = 1e-12  # rows that differ from a multiple of another by less, as a share of their size, are not watched
 
 
 class Mode(NamedTuple):
@@ -80,11 +83,6 @@ def _mode_of_piece(m: LinearScheme, piece: Piece | None, pulling: Piece | None) 
         return mode
     mean = sum(weight * force for weight, force in zip(m.weights, forces, strict=False))
     return mode._replace(force=piece, mean_force=mean)
-
-
-LONGEST = ENTRIES  # stride: every step is then one entry of each level away
-BLOCK = 16  # rows of a product: so small that BLAS does not wake other threads for it, which would take longer
-SAME_ROW = 1e-12  # rows that differ from a multiple of another by less, as a share of their size, are not watched
 
 
 def skip_tables(m: LinearScheme, p: Parameters) -> SkipTables:

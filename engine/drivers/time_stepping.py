@@ -57,7 +57,7 @@ class TimeSteppingDriver(SteppingDriver):
     solves_per_call = 1_000_000
 
     def tables_of(self, p: Parameters) -> dict:
-        method, p = self._method, as_steps_see(p)
+        method, p = self.method, as_steps_see(p)
         scheme = linear_scheme(p, method)
         skips = np.isinf(p.play) and p.pulse < 0.0 and not method.every_step
         skips = skips and has_strides(p.eta, uncompiled(free_rate)(p), method.steps)
@@ -92,12 +92,10 @@ class TimeSteppingDriver(SteppingDriver):
         x, v2 = x1 - m.rest1, v1 + rate
         x2 = m.touch + gap + x
         a1, a2 = uncompiled(accelerations)(uncompiled(coefficients)(p), x, v1, x2, v2, push, *self.load[:, 0])
-        if self._method.initial_acceleration == "zero":
+        if self.method.initial_acceleration == "zero":
             a1 = a2 = 0.0
         u = np.array([x1, gap, v1, rate, a1, a2 - a1, push])
-        contact = uncompiled(no_contact)()._replace(
-            speed1=m.sign * closing
-        )  # of which only the difference of speeds is used
+        contact = uncompiled(no_contact)()._replace(speed1=m.sign * closing)  # only the difference of speeds is used
         progress = kernel.StepProgress(int(pressed), pressed, 0, 0, 0, contact)
         return kernel.STATE.pack(kernel.LinearState(u, progress))
 
@@ -121,7 +119,7 @@ class TimeSteppingDriver(SteppingDriver):
         return self.explain_divergence(self._now.step, self._explain_instability())
 
     def _explain_no_solution(self) -> Ending:
-        method, step, damping = self._method, self._now.step, self._scheme.system.law.gain / 2
+        method, step, damping = self.method, self._now.step, self._scheme.system.law.gain / 2
         cut = f", even in {kernel.PARTS} parts," if method.without_solution == "halve" else ""
         others = tuple(name for name in WITHOUT_SOLUTION[1:] if name != method.without_solution)
         advice = stated(
@@ -139,7 +137,7 @@ class TimeSteppingDriver(SteppingDriver):
 
     def _explain_instability(self) -> str:
         """The step that the method needs to be stable, in words; "" if it is stable."""
-        b, method, period = self._bodies, self._method, self.period
+        b, method, period = self._bodies, self.method, self.period
         if method.integrator.always_unstable:
             return "the method amplifies with every step, since gamma is below 1/2"
         where = {0: "without contact", 1: "in contact"}

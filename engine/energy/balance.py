@@ -26,9 +26,8 @@ those of the solution itself, piece by piece (:mod:`..kernels.event_driven.law_e
 anew at each row of the section, so that errors do not add up; a contact that is open there does not show the closing
 speed that a formula's damper needs.
 
-Energy balance of a discrete solution with a constant step, summed step by step.
-
-In a step each force does the mean of its values at both ends times the change of its displacement,
+A discrete solution with a constant step is summed step by step (:func:`balance_of_steps`). In a step each force does
+the mean of its values at both ends times the change of its displacement,
 
     work = ½(l₀ + l₁) Δξ,    dampers = ½(c₀ + c₁) Δξ,    contact = −½(λ₀ + λ₁) Δg less what its spring stores,
 
@@ -169,8 +168,8 @@ def _balance_of_law(response: Response, rows: np.ndarray) -> EnergyBalance:
     else:
         each = (law_powers(system, response.eta, method.limit, row, range(1)) for row in rows[:-1])
         powers = np.concatenate(list(each))
-    forms, y = energy_forms(response), contact_state(system, rows)
-    z = y - np.array([forms.free_position, 0.0, forms.free_gap, 0.0])
+    forms, y = energy_forms(system, response.eta, method), contact_state(system, rows)
+    z = y - np.array([forms.parameters.free_position, 0.0, forms.parameters.free_gap, 0.0])
     spring = spring_energy(method, y[:, 2])
     z = np.hstack([z, np.zeros((len(z), 2)), np.ones((len(z), 1))])
     stored = np.einsum("ki,ij,kj->k", z, forms.stored, z) + spring

@@ -4,8 +4,6 @@ The way from one row of the section to the next is cut into segments of a single
 quarters of the period, where the stored energy is evaluated as well. On each segment the powers are integrated exactly.
 The state starts anew from each row of the section, so that errors do not add up.
 
-Powers as quadratic forms of the state, and their integrals over a phase.
-
 Between two events the state z = (ξ₁ − ξ₁*, ξ₁′, g − g*, g′, cos ητ, sin ητ, 1) relative to the equilibrium of the phase
 obeys z′ = A z (:mod:`..kernels.linear.tables`); the column of the 1 is the constant force on a body without a spring.
 The powers depend on velocities and excitation alone, so that the equilibrium does not matter to them. Every power is a
@@ -13,10 +11,8 @@ quadratic form zᵀVz, with the integral over a duration s
 
     ∫₀ˢ zᵀVz dτ = z(0)ᵀ G(s) z(0),    G(s) = ∫₀ˢ E(τ)ᵀ V E(τ) dτ,    G(2s) = G(s) + E(s)ᵀ G(s) E(s)     (50)
 
-with E(τ) = exp(Aτ). G and E follow for short durations from their Taylor series, and for longer ones by doubling,
-where E(2s) = E(s)².
-
-The terms of an energy balance: where the energy of each period comes from, and where it goes.
+with E(τ) = exp(Aτ). G and E follow for short durations from their Taylor series, and for longer ones by doubling, where
+E(2s) = E(s)².
 """
 
 from collections.abc import Callable, Sequence
@@ -26,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine.drivers.event_driven import contact_state
-from vibroscope.engine.drivers.parameters import equilibria, generators, parameters_of, seen_from_stops
+from vibroscope.engine.drivers.parameters import Parameters, equilibria, generators, parameters_of, seen_from_stops
 from vibroscope.engine.methods import Method
 from vibroscope.engine.model import System
 from vibroscope.engine.result import Response, check_cancelled
@@ -34,6 +30,10 @@ from vibroscope.engine.result import Response, check_cancelled
 _TERMS = 16  # of the series in A s with |A| s ≤ 1/4
 _STATE = np.eye(7)
 _X1, _V1, _GAP, _RATE, _COSINE, _SINE, _ONE = _STATE
+FLIGHT, CONTACT, CHATTER = range(3)  # phases, in the order of `EnergyForms.generators`
+QUARTERS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+EPSILON = np.finfo(float).eps
+_SEGMENTS_AT_ONCE = 1024
 
 
 class EnergyForms(NamedTuple):
@@ -43,30 +43,19 @@ class EnergyForms(NamedTuple):
     many impacts dissipate their relative motion.
     """
 
+    parameters: Parameters  # a wall is body 1 that never moves
     generators: tuple[np.ndarray, ...]  # (7, 7) of each phase
     powers: tuple[np.ndarray, ...]  # (3, 7, 7) of each phase: excitation, dampers, contact damper
     equilibria: tuple[np.ndarray, ...]  # (7,) of each phase, relative to that of the flight
     stored: np.ndarray  # (7, 7) E without the contact spring, of z relative to the equilibrium of the flight
-    free_position: float  # ξ₁ and gap there
-    free_gap: float
-    stiffness: float  # of the contact spring
-    mass_share: float
-    ends: tuple[
-        np.ndarray, ...
-    ]  # (7,) rows of the quantities that vanish where flight and contact end, of the same z …
+    ends: tuple[np.ndarray, ...]  # (7,) rows of what vanishes where flight and contact end, of the same z …
     levels: tuple[float, ...]  # … less these numbers
-    rigid: bool
 
 
-def energy_forms(response: Response) -> EnergyForms:
-    """Return the quadratic forms of a response of a closed-form solver, or with located steps."""
-    return forms_of(response.system, response.eta, response.method)
-
-
-def forms_of(system: System, eta: float, method: Method) -> EnergyForms:
+def energy_forms(system: System, eta: float, method: Method) -> EnergyForms:
     """The quadratic forms of a system with one stop, or with its first one alone."""
     c = system.with_first_stop
-    p = parameters_of(c, eta, method)  # in which a wall is body 1 that never moves
+    p = parameters_of(c, eta, method)
     mu, x2, v2 = p.mu, _X1 + _GAP, _V1 + _RATE
     phases = generators(c, eta, method)
     load1, push = (row[4] * _COSINE + row[5] * _SINE for row in (phases[0][1], phases[0][3]))
@@ -78,26 +67,21 @@ def forms_of(system: System, eta: float, method: Method) -> EnergyForms:
         springs = 0.5 * (p.spring1 * _product(_X1) + mu * p.kappa**2 * _product(x2))
         springs = springs - _product(_ONE, p.pull1 * _X1 + mu * (p.pull1 + p.pull) * x2)
     zero = np.zeros((7, 7))
-    rigid = method.rigid
-    if rigid:
+    if method.rigid:
         dissipated = np.array([2 * (1 + mu) * p.damper3 * _product(_V1), zero])
         # the contact force is proportional to g″ of the motion without contact
         ends, levels = (_GAP, phases[0][3]), (p.free_gap, 0.0)
     else:
-        dissipated = np.array([dampers, 2 * (method.damping or 0.0) * _product(_RATE)])
+        dissipated = np.array([dampers, 2 * p.damping * _product(_RATE)])
         ends, levels = (_GAP, _GAP), (p.free_gap, p.free_gap)
     return EnergyForms(
+        parameters=p,
         generators=phases,
         powers=(np.array([work, dampers, zero]), np.array([work, *dissipated]), np.array([work, dampers, zero])),
         equilibria=equilibria(c, eta, method),
         stored=0.5 * (_product(_V1) + mu * _product(v2)) + springs,
-        free_position=p.free_position,
-        free_gap=p.free_gap,
-        stiffness=0.0 if rigid else method.stiffness,
-        mass_share=c.mass_share,
         ends=ends,
         levels=levels,
-        rigid=rigid,
     )
 
 
@@ -177,17 +161,11 @@ class EnergyBalance:
         return float(self.stored + max(np.abs(self.work).max(initial=0.0), self.lost.max(initial=0.0)))
 
 
-FLIGHT, CONTACT, CHATTER = range(3)  # phases, in the order of `EnergyForms.generators`
-QUARTERS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
-EPSILON = np.finfo(float).eps
-_SEGMENTS_AT_ONCE = 1024
-
-
 def balance_between_events(
     response: Response, rows: np.ndarray, cancelled: Callable[[], bool] | None = None
 ) -> EnergyBalance:
     """Balance the energy between consecutive rows of the section, (n + 1, 4): n periods."""
-    forms = [forms_of(seen, response.eta, own) for seen, own in seen_from_stops(response.system, response.method)]
+    forms = [energy_forms(seen, response.eta, own) for seen, own in seen_from_stops(response.system, response.method)]
     segments = _segments(response, rows)
     walk = _Walk(response, forms, rows)
     for first in range(0, len(segments), _SEGMENTS_AT_ONCE):
@@ -293,22 +271,22 @@ class _Walk:
 
     def relative(self, state: Sequence[float]) -> np.ndarray:
         """Return the first four numbers of z, relative to the equilibrium of the flight."""
-        first = self.of_stops[0]
+        first = self.of_stops[0].parameters
         return contact_state(self.response.system, state) - np.array([first.free_position, 0.0, first.free_gap, 0.0])
 
     def stored(self, z: np.ndarray) -> float:
         """Return the mechanical energy E, of z as seen from the first stop."""
         first = self.of_stops[0]
-        gap, play = z[2] + first.free_gap, self.response.system.play
-        gaps = (gap, play - gap)[: len(self.of_stops)]
-        springs = sum(own.stiffness * min(each, 0.0) ** 2 for own, each in zip(self.of_stops, gaps, strict=True))
+        gap, play = z[2] + first.parameters.free_gap, self.response.system.play
+        sides = zip(self.of_stops, (gap, play - gap), strict=False)
+        springs = sum(own.parameters.stiffness * min(each, 0.0) ** 2 for own, each in sides)
         return z @ first.stored @ z + 0.5 * springs
 
     def _turn(self, stop: int, other: int) -> None:
         """Let z be seen from another stop: mirrored, and so a load that has no sign of its own in the forms."""
         if stop == other:
             return
-        one, two, play = self.of_stops[stop], self.of_stops[other], self.response.system.play
+        one, two, play = self.of_stops[stop].parameters, self.of_stops[other].parameters, self.response.system.play
         x1, v1, gap, rate, c, s, one_more = self.z
         sign = 1.0 if self.response.system.excitation.load is None else -1.0
         x1, gap = -(x1 + one.free_position) - two.free_position, play - (gap + one.free_gap) - two.free_gap
@@ -342,8 +320,8 @@ class _Walk:
         self.sums[segment.row, :3] += z @ integral @ z + correction * power
         self.z = end + correction * slope + 0.5 * correction**2 * (generator @ slope) + equilibrium
         self.elapsed += duration + correction
-        if segment.quarter == 0.0 and self.forms.rigid:
-            self.z[2] = -self.forms.free_gap
+        if segment.quarter == 0.0 and self.response.method.rigid:
+            self.z[2] = -self.forms.parameters.free_gap
         self._turn(segment.stop, 0)
         self.largest_stored = max(self.largest_stored, float(self.stored(self.z)))
 
@@ -362,7 +340,7 @@ class _Walk:
 
     def _apply_impact(self, segment: _Segment) -> None:
         """Set the state after an impact. If the rest of a chatter follows, it dissipates all relative motion."""
-        impacts, share = self.response.impacts, self.of_stops[0].mass_share
+        impacts, share = self.response.impacts, self.response.system.mass_share
         v1, v2 = impacts.velocity_after[segment.impact]
         x1, x2 = impacts.position[segment.impact], impacts.position2(self.response.system)[segment.impact]
         before = np.diff(impacts.velocity_before[segment.impact])[0]
@@ -373,4 +351,4 @@ class _Walk:
         self.sums[segment.row, 3] += 0.5 * share * (before - after) * (before + after)
         touch = self.response.system.play if impacts.impulse[segment.impact] < 0 else 0.0
         self.z[:4] = self.relative((x1, v1, x2, v2))
-        self.z[2], self.z[3] = touch - self.of_stops[0].free_gap, after
+        self.z[2], self.z[3] = touch - self.of_stops[0].parameters.free_gap, after

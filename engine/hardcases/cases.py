@@ -51,15 +51,8 @@ class SimulationSetup:
 
     def solve(self, **options) -> Response:
         """Simulate; ``options`` are further arguments of :func:`engine.simulate`."""
-        return simulate(
-            self.system,
-            self.eta,
-            self.method,
-            periods=self.periods,
-            keep=self.periods,
-            initial=self.initial,
-            **options,
-        )
+        kept = {"periods": self.periods, "keep": self.periods, "initial": self.initial}
+        return simulate(self.system, self.eta, self.method, **kept, **options)
 
 
 def sensitivity(setup: SimulationSetup) -> float | None:
@@ -263,20 +256,8 @@ def setup_of(truth: str, **changed) -> SimulationSetup:
 
 def hard_cases() -> list[HardCase]:
     """Return all hard cases."""
-    groups = (
-        _grazing,
-        _chatter,
-        _close_frequencies,
-        _resonance,
-        _stiffness,
-        _time_steps,
-        _many_periods,
-        _endless_contact,
-        _starts,
-        _any_system,
-        _chaos,
-        _unsolvable,
-    )
+    groups = _grazing, _chatter, _close_frequencies, _resonance, _stiffness, _time_steps
+    groups += _many_periods, _endless_contact, _starts, _any_system, _chaos, _unsolvable
     return [case for group in groups for case in group()]
 
 
@@ -371,10 +352,8 @@ def _endless_contact() -> Iterator[HardCase]:
 
 
 def _starts() -> Iterator[HardCase]:
-    names = (
-        "at-rest approaching leaving compressed pulled barely-approaching barely-leaving separated far-away slow fast"
-    )
-    for name in names.split():
+    names = "at-rest approaching leaving compressed pulled barely-approaching barely-leaving separated"
+    for name in (*names.split(), "far-away", "slow", "fast"):
         yield from _with_truth("start", f"start|{name}|reference", f"start|{name}|exact")
     yield from _with_truth("start", "start|penetrating|exact")
 

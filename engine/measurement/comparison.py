@@ -1,13 +1,10 @@
-"""Comparison of a measurement with the reference and a penalty solution.
+"""Comparison of a measurement with the reference and a penalty solution, and a few sentences made from its numbers.
 
-Another reading of the columns that explains a difference: other zeros, units, signs, order, or frame.
-
-A difference from the reference may lie in the file alone. So the columns are aligned with the reference again: in
-either frame, with the bodies exchanged, with either sign, in the unit in which they are about as large as the
-reference, with and without zeros of the sensors. Among the readings that leave hardly more than the best one, that with
-the fewest changes is proposed, if it leaves so little that it explains the difference.
-
-The comparison with a measurement in a few sentences, made from its numbers.
+A difference from the reference may lie in the file alone: in its zeros, units, signs, order, or frame. So the columns
+are aligned with the reference again: in either frame, with the bodies exchanged, with either sign, in the unit in which
+they are about as large as the reference, with and without zeros of the sensors. Among the readings that leave hardly
+more than the best one, that with the fewest changes is proposed, if it leaves so little that it explains the
+difference.
 """
 
 import itertools
@@ -298,22 +295,17 @@ def compare_measured(
     """
     eta, measurement = check_eta(eta), measurement.of(system)
     reference = reference or Reference()
+    options = {"initial": initial, "cancelled": cancelled}
     if not system.excitation.repeats:
-        span = measurement.span
-        exact = free_motion(system, eta, reference, span, initial=initial, cancelled=cancelled)
-        newmark = free_motion(system, eta, penalty, span, initial=initial, cancelled=cancelled)
+        exact, newmark = (free_motion(system, eta, one, measurement.span, **options) for one in (reference, penalty))
         own = free_record(measurement, exact.response.eta)
     else:
         own = recurrence(measurement, eta)
-        exact = reference_cycle(system, eta, reference, initial=initial, cancelled=cancelled)
-        newmark = penalty_cycle(system, eta, penalty, periods=periods, initial=initial, cancelled=cancelled)
+        exact = reference_cycle(system, eta, reference, **options)
+        newmark = penalty_cycle(system, eta, penalty, periods, **options)
     solved, reading = _solved(measurement, exact), None
-    if (
-        solved.alignment is not None
-        and own.possible
-        and exact.cycle.slopes.any()
-        and not solved.alignment.is_within(own.noise)
-    ):
+    off = solved.alignment is not None and not solved.alignment.is_within(own.noise)
+    if off and own.possible and exact.cycle.slopes.any():
         reading = explaining_reading(exact.cycle, measurement, solved.alignment.rms, own.noise, cancelled)
     return MeasuredComparison(measurement, own, solved, _solved(measurement, newmark), reading)
 

@@ -6,9 +6,8 @@ knots an instant apart, with the velocities before and after it.
 
 (NumPy has no Hermite interpolation, and SciPy, which has, is required only where constants are fitted.)
 
-Alignment of a solution with a measurement: the phase at which the measurement began, and what remains then.
-
-A measurement begins at an unknown phase τ₀ of the excitation. It is estimated as the one with the least sum of squares
+A measurement begins at an unknown phase τ₀ of the excitation. To align a solution with it, τ₀ is estimated as the one
+with the least sum of squares
 
     min over 0 ≤ τ₀ < pT of  Σ |x(tᵢ) − ξ(tᵢ + τ₀) [− cos η(tᵢ + τ₀)]|²,                          (58)
 
@@ -18,7 +17,6 @@ independent of the sensor's clock, and the difference of the two τ₀ is the la
 """
 
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -31,9 +29,9 @@ from vibroscope.engine.measurement.tolerances import EARLY, INSTANT, LATE, WITHI
 from vibroscope.engine.methods import ExactPenalty, Method, Reference, TimeStepping
 from vibroscope.engine.model import System
 from vibroscope.engine.motions.motion import SAMPLES_PER_PERIOD
-from vibroscope.engine.motions.steady import REST, steady
+from vibroscope.engine.motions.steady import steady
 from vibroscope.engine.result import Record, Response
-from vibroscope.engine.simulate import KEEP, LONG, simulate, simulate_load, under_load
+from vibroscope.engine.simulate import KEEP, simulate, simulate_load, under_load
 
 SHIFTS = 256  # instants per period at which a measurement may have begun, to be refined
 FREE_SAMPLES = 400_000  # of a motion from its start, at most
@@ -133,52 +131,29 @@ class SettledRun(NamedTuple):
     cycle: Cycle | None
 
 
-def reference_cycle(
-    system: System,
-    eta: float,
-    method: Reference | ExactPenalty,
-    *,
-    initial: Sequence[float] | None = REST,
-    cancelled: Callable[[], bool] | None = None,
-) -> SettledRun:
+def reference_cycle(system: System, eta: float, method: Reference | ExactPenalty, **options) -> SettledRun:
     """Find a steady motion without a time step; arguments and errors are those of :func:`..motions.steady.steady`."""
-    found = steady(system, eta, method, initial=initial, record=Record(8, SAMPLES_PER_PERIOD), cancelled=cancelled)
+    found = steady(system, eta, method, record=Record(8, SAMPLES_PER_PERIOD), **options)
     return SettledRun(found.response, _last_cycle(found.response, found.period) if found.periodic else None)
 
 
-def penalty_cycle(
-    system: System,
-    eta: float,
-    method: TimeStepping,
-    *,
-    periods: int = LONG,
-    initial: Sequence[float] | None = REST,
-    cancelled: Callable[[], bool] | None = None,
-) -> SettledRun:
-    """Return the last cycle of Newmark's run, where scatter is ignored; raises as :func:`engine.simulate`."""
+def penalty_cycle(system: System, eta: float, method: TimeStepping, periods: int, **options) -> SettledRun:
+    """Return the last cycle of Newmark's run, where scatter is ignored; ``options`` and errors of `engine.simulate`."""
     keep = min(KEEP, periods)
     record = Record(min(LONGEST_NEAR_PERIOD, keep), SAMPLES_PER_PERIOD)
-    options = {"periods": periods, "keep": keep, "initial": initial, "record": record, "cancelled": cancelled}
-    response = simulate(system, eta, method, **options)
+    response = simulate(system, eta, method, periods=periods, keep=keep, record=record, **options)
     # not Motion.near_period: an artefact of the time step may repeat itself exactly, after many periods
     period = near_period_of(response.section) if response.ok else 0
     return SettledRun(response, _last_cycle(response, period) if period else None)
 
 
-def free_motion(
-    system: System,
-    eta: float,
-    method: Method,
-    span: float,
-    *,
-    initial: Sequence[float] | None = REST,
-    cancelled: Callable[[], bool] | None = None,
-) -> SettledRun:
+def free_motion(system: System, eta: float, method: Method, span: float, **options) -> SettledRun:
     """Return the motion from its start, as long as a measurement of that span needs.
 
-    Nothing drives the bodies, or a load that is no harmonic: then ``steps`` are those in 2π/ω₁.
+    Nothing drives the bodies, or a load that is no harmonic: then ``steps`` are those in 2π/ω₁. ``options``: initial
+    and cancelled, as of :func:`engine.simulate`.
     """
-    load, options, end = system.excitation.load, {"initial": initial, "cancelled": cancelled}, (1 + LATE) * span
+    load, end = system.excitation.load, (1 + LATE) * span
     contact = np.pi / math.sqrt(1.0 if method.rigid else method.stiffness)  # as long as a contact, at most about
     if load is not None:
         system, method = under_load(system, load, method, max(0.0, end - load.end))

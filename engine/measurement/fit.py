@@ -21,8 +21,6 @@ strongly correlated.
 The reference is used in the limit ε → 0 of its threshold (:class:`engine.Reference`), in which the motion depends
 smoothly on e: with a threshold, the number of impacts of a chatter jumps. The sum of squares still has several minima,
 so the search starts from several guesses.
-
-The least-squares problem of a fit: its residuals and Jacobian, its initial guesses, and its minima.
 """
 
 import itertools

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vibroscope.engine.arguments import one_of, shown
+from vibroscope.engine.arguments import one_of, set_fields, shown
 from vibroscope.engine.model import System
 
 FRAMES = ("absolute", "relative")
@@ -52,8 +52,7 @@ class Measurement:
         one_of("frame", self.frame, FRAMES)
         if (np.diff(time) < 0).any():
             raise ValueError("time decreases: give the samples in the order of their time")
-        for name, values in checked.items():
-            object.__setattr__(self, name, values)
+        set_fields(self, **checked)
 
     def __len__(self) -> int:
         return len(self.time)

@@ -16,14 +16,13 @@ file of the page, of several curves with the time in excitation periods, the mea
 A file is either read completely or refused with an error that names line and column, since a measurement that is
 misread silently looks like a discovery. Words before and after the table are left out, which is said.
 
-Displacements from accelerations: integrated twice, without the drift that integration adds.
+Accelerations are integrated twice to displacements, without the drift that integration adds. The integral x̃ of an
+acceleration differs from the displacement by what the velocity and the displacement at the start and a bias of the
+sensor add, a polynomial c₀ + c₁t + c₂t². A motion in step with the excitation has no part that grows, so that the
+polynomial is found by a least-squares fit to x̃ together with harmonics of η/p. It takes the mean of the displacement
+with it, which an accelerometer does not show.
 
-The integral x̃ of an acceleration differs from the displacement by what the velocity and the displacement at the start
-and a bias of the sensor add, a polynomial c₀ + c₁t + c₂t². A motion in step with the excitation has no part that grows,
-so that the polynomial is found by a least-squares fit to x̃ together with harmonics of η/p. It takes the mean of the
-displacement with it, which an accelerometer does not show.
-
-Outliers of a record: samples that no body can have been at, such as a sensor's dropout or an overflow.
+Outliers are samples that no body can have been at, such as a sensor's dropout or an overflow.
 """
 
 import math
@@ -54,6 +53,8 @@ from vibroscope.engine.measurement.recurrence import HARMONIC_SAMPLES, LONGEST, 
 from vibroscope.engine.measurement.tolerances import COMMON, CONTACT_FORCE, FAR_OUT, JUMP, OVERLAP, TOO_FAST, WRONG_UNIT
 from vibroscope.engine.system_file import read_file
 from vibroscope.engine.units import Units
+
+FEWEST_SAMPLES = 16
 
 
 def integrated(time: np.ndarray, acceleration: np.ndarray, eta: float) -> np.ndarray:
@@ -120,9 +121,6 @@ def _beyond_a_jump(values: np.ndarray, far: np.ndarray, excursion: np.ndarray) -
         sides = [pair for pair in ((start - 1, start), (end, end - 1)) if 0 <= pair[0] < len(values)]
         found[start:end] = any(abs(values[out] - values[into]) > JUMP * excursion[into] for out, into in sides)
     return found
-
-
-FEWEST_SAMPLES = 16
 
 
 def read_measurement(

@@ -1,12 +1,12 @@
 """The table in the lines of a measurement file: its header, its rows, and what stands before and after them.
 
+A file may be packed by gzip, and is text in any of the usual encodings.
+
 Programs write titles above the header, units below it and words below the data. The first row of numbers shows what
 separates the columns. The header is the last row of words above it that names the time, or else the last one. Titles
 above the header are left out, and so are words below the data. LabVIEW names the time X_Value, and leaves its column
 empty where the instants follow from the first one and their interval. A CalculiX file has a small table for each
 instant, which becomes a row with a column for each component and node.
-
-The lines of text in a measurement file, which may be packed by gzip and in any of the usual encodings.
 """
 
 import codecs
@@ -23,6 +23,13 @@ from vibroscope.engine.measurement.measurement_columns import is_units_row, name
 
 _BEGINNING = 64  # bytes by which UTF-16 is known that does not say so
 MEASUREMENT_SIZE_LIMIT = 16 * 2**20  # bytes, unpacked; some 400,000 samples
+MOST_TITLE_LINES = 200  # among which the first row of numbers is looked for
+_SEPARATOR = re.compile(r"sep=([;,\t |:])\s*", re.IGNORECASE)  # first line that spreadsheets write and read
+_DELIMITERS = (";", "\t", ",", " ")  # tried in this order: between the first two, a comma may be that of a decimal
+_BETWEEN_WORDS = re.compile(r"\s*[,;\t]\s*|\s+(?![\s\[(])")  # of a header above blanks: "x1 [mm]" is one
+_CALCULIX = re.compile(r"\s*(\w[\w ]*) \(([\w,]+)\) for set \S+ and time\s+(\S+)\s*")
+_COMMENTS = ("#", "%")
+_LABVIEW_TIME, _LABVIEW_UNITS, _LABVIEW_INSTANTS = "X_Value", "Y_Unit_Label", ("X0", "Delta_X")
 
 
 def lines_of(content: bytes, largest: int) -> list[str]:
@@ -71,15 +78,6 @@ def _text(content: bytes) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
         return content.decode("latin-1")
-
-
-MOST_TITLE_LINES = 200  # among which the first row of numbers is looked for
-_SEPARATOR = re.compile(r"sep=([;,\t |:])\s*", re.IGNORECASE)  # first line that spreadsheets write and read
-_DELIMITERS = (";", "\t", ",", " ")  # tried in this order: between the first two, a comma may be that of a decimal
-_BETWEEN_WORDS = re.compile(r"\s*[,;\t]\s*|\s+(?![\s\[(])")  # of a header above blanks: "x1 [mm]" is one
-_CALCULIX = re.compile(r"\s*(\w[\w ]*) \(([\w,]+)\) for set \S+ and time\s+(\S+)\s*")
-_COMMENTS = ("#", "%")
-_LABVIEW_TIME, _LABVIEW_UNITS, _LABVIEW_INSTANTS = "X_Value", "Y_Unit_Label", ("X0", "Delta_X")
 
 
 class Table(NamedTuple):

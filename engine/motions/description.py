@@ -172,21 +172,21 @@ class Motion:
 
     type: Kind
     reason: str
-    period: int
-    near_period: int
-    impacts_per_period: float
-    contacts_per_period: float
-    contact_share: float
-    permanent_per_period: float
-    permanent_share: float
-    spread: float
-    scatter: float
-    approach: float
-    peak_force: float
-    impulse: float
-    section: np.ndarray = field(repr=False)
-    impact_phases: np.ndarray = field(repr=False)
-    closing_speeds: np.ndarray = field(repr=False)
+    period: int = 0
+    near_period: int = 0
+    impacts_per_period: float = np.nan
+    contacts_per_period: float = np.nan
+    contact_share: float = np.nan
+    permanent_per_period: float = np.nan
+    permanent_share: float = np.nan
+    spread: float = np.nan
+    scatter: float = np.nan
+    approach: float = np.nan
+    peak_force: float = np.nan
+    impulse: float = np.nan
+    section: np.ndarray = field(repr=False, kw_only=True)
+    impact_phases: np.ndarray = field(repr=False, default_factory=lambda: np.empty(0))
+    closing_speeds: np.ndarray = field(repr=False, default_factory=lambda: np.empty(0))
     energy_lost: float = np.nan
     energy_created: float = np.nan
     multipliers: np.ndarray = field(default_factory=lambda: np.empty(0, complex))
@@ -286,21 +286,8 @@ def sampled_periods(response: Response) -> int:
 
 def _early_end(response: Response) -> Motion:
     """Return the motion of a run that did not reach its end: nothing but its type is known."""
-    diverged = response.status is Status.DIVERGED
-    rates = ("impacts", "contacts", "permanent")
-    return Motion(
-        type=Kind.DIVERGED if diverged else Kind.UNDECIDED,
-        reason=response.ending,
-        period=0,
-        near_period=0,
-        section=response.section,
-        impact_phases=np.empty(0),
-        closing_speeds=np.empty(0),
-        body=response.system.observed_body,
-        **{f"{name}_per_period": np.nan for name in rates},
-        **dict.fromkeys(("contact_share", "permanent_share", "spread", "scatter"), np.nan),
-        **dict.fromkeys(("approach", "peak_force", "impulse"), np.nan),
-    )
+    kind = Kind.DIVERGED if response.status is Status.DIVERGED else Kind.UNDECIDED
+    return Motion(kind, response.ending, section=response.section, body=response.system.observed_body)
 
 
 def _is_symmetric(response: Response, period: int, last: np.ndarray) -> bool | None:

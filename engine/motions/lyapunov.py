@@ -18,15 +18,13 @@ followed only: a chaotic transient may last longer than any run.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine.arguments import whole
 from vibroscope.engine.cells import Cells
 from vibroscope.engine.drivers.batch import follow
-from vibroscope.engine.drivers.parameters import parameters_of_stops
 from vibroscope.engine.drivers.threads import thread_count
-from vibroscope.engine.methods import ExactPenalty, Method, Reference
+from vibroscope.engine.methods import ExactPenalty, Reference
 from vibroscope.engine.model import System, check_eta
 from vibroscope.engine.motions.poincare_map import PoincareMap
 from vibroscope.engine.motions.section import batch_means, irregularity, smooth_weights, standard_error
@@ -130,77 +128,10 @@ def lyapunov(
         raise ValueError(f"{method} has a time step: an exponent needs a closed form, Reference or ExactPenalty")
     eta = check_eta(eta)
     periods = whole("periods", periods, *PERIODS_RANGE, "give the excitation periods to average over")
-    start, rows = starting_checkpoint(initial, system, eta, method).state, parameters_of_stops(system, eta, method)
-    alone, found = Motions(method, np.array([rows]), np.array([start]), lambda _: (system, eta, method)), []
-    follow_all(alone, periods, lambda _, followed: found.append(followed), threads=1, cancelled=cancelled)
+    start, found = starting_checkpoint(initial, system, eta, method).state, []
+    alone, how = Cells(system, [eta], method), {"threads": 1, "cancelled": cancelled}
+    follow_cells(alone, np.array([0]), np.array([start]), periods, lambda _, one: found.append(one), **how)
     return found[0]
-
-
-class Motions(NamedTuple):
-    """Motions to follow.
-
-    Attributes
-    ----------
-    method : Reference or ExactPenalty
-    rows : (n, s, len(Parameters)) ndarray
-        As seen from each stop.
-    starts : (n, 4) ndarray
-        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ ≡ 0 mod T.
-    problem : callable
-        System, η and method of a motion, from its place.
-    """
-
-    method: Reference | ExactPenalty
-    rows: np.ndarray
-    starts: np.ndarray
-    problem: Callable[[int], tuple[System, float, Reference | ExactPenalty]]
-
-
-def follow_all(
-    motions: Motions,
-    periods: int,
-    judge: Callable[[int, Lyapunov], None],
-    *,
-    threads: int,
-    cancelled: Callable[[], bool] | None = None,
-) -> None:
-    """Compute the exponents of many motions: :func:`lyapunov` is this for one.
-
-    Parameters
-    ----------
-    motions : Motions
-    periods : int
-    judge : callable
-        ``judge(i, followed)`` takes the outcome of each motion as soon as it is known, in any thread and order.
-    threads : int
-    cancelled : callable, optional
-        Polled many times a second; when it returns true the call is cancelled.
-
-    Raises
-    ------
-    Cancelled
-        If ``cancelled`` returned true.
-    """
-
-    def by_itself(i: int, signals: np.ndarray) -> bool:
-        poincare = PoincareMap(*motions.problem(i), lambda: signals[0] != 0)
-        y, v = poincare.coordinates(motions.starts[i]), np.full(4, 0.5)
-        growth, section = np.full(periods, np.nan), np.empty((periods, 4))
-        try:
-            settled, _ = poincare.follow(y, v, SETTLING)
-            if not np.isnan(settled[-1]):
-                growth[:], states = poincare.follow(y, v, periods)
-                section[:] = poincare.displacements(states)
-        except Cancelled:
-            return False
-        found(i, growth, section)
-        return True
-
-    def found(i: int, growth: np.ndarray, section: np.ndarray) -> None:
-        judge(i, outcome_of(growth, section))
-
-    how = {"threads": threads, "cancelled": cancelled}
-    follow(motions.method, motions.rows, motions.starts, periods, SETTLING, found, by_itself, **how)
 
 
 def follow_cells(
@@ -223,7 +154,7 @@ def follow_cells(
     starts : (m, 4) ndarray
         ξ₁, ξ₁′, ξ₂, ξ₂′ of each at τ ≡ 0 mod T.
     periods : int
-        As of :func:`engine.lyapunov`.
+        As of :func:`engine.lyapunov`, which is this for one cell.
     judge : callable
         ``judge(i, followed)`` takes the outcome of cell i as soon as it is known, in any thread and order.
     threads, cancelled
@@ -235,14 +166,26 @@ def follow_cells(
         If ``cancelled`` returned true.
     """
 
-    def problem(k: int) -> tuple[System, float, Method]:
-        return cells.system_of(places[k]), cells.eta[places[k]], cells.method_of(places[k])
+    def by_itself(k: int, signals: np.ndarray) -> bool:
+        i = places[k]
+        poincare = PoincareMap(cells.system_of(i), cells.eta[i], cells.method_of(i), lambda: signals[0] != 0)
+        y, v = poincare.coordinates(starts[k]), np.full(4, 0.5)
+        growth, section = np.full(periods, np.nan), np.empty((periods, 4))
+        try:
+            settled, _ = poincare.follow(y, v, SETTLING)
+            if not np.isnan(settled[-1]):
+                growth[:], states = poincare.follow(y, v, periods)
+                section[:] = poincare.displacements(states)
+        except Cancelled:
+            return False
+        found(k, growth, section)
+        return True
 
-    def judge_cell(k: int, followed: Lyapunov) -> None:
-        judge(int(places[k]), followed)
+    def found(k: int, growth: np.ndarray, section: np.ndarray) -> None:
+        judge(int(places[k]), outcome_of(growth, section))
 
-    motions = Motions(cells.method, cells.parameters()[places], starts, problem)
-    follow_all(motions, periods, judge_cell, threads=thread_count(threads), cancelled=cancelled)
+    how = {"threads": thread_count(threads), "cancelled": cancelled}
+    follow(cells.method, cells.parameters()[places], starts, periods, SETTLING, found, by_itself, **how)
 
 
 def outcome_of(growth: np.ndarray, section: np.ndarray) -> Lyapunov:

@@ -28,6 +28,12 @@ from vibroscope.engine.motions.steady import Steady, schedule_of, steady
 from vibroscope.engine.motions.trapping import Region
 from vibroscope.engine.simulate import LONG, simulate
 
+REACH_OF_STARTS = 2.0  # of the starts, in amplitudes of the motion from rest
+STARTS = 64
+SAMPLE = 256  # last periods of a run, by which its motion is recognised
+STARTS_TOGETHER = 8  # runs in a batch, after which the motions so far are shown
+DECIMALS = 4  # of a start, so that its numbers can be read, typed and sent in full
+
 
 @dataclass(frozen=True)
 class KnownMotion:
@@ -228,13 +234,6 @@ def apart(system: System, states: np.ndarray) -> np.ndarray:
         none = np.zeros_like(x1)
         return np.stack([np.minimum(x1, 2 * system.clearance - x1), v1, none, none], axis=-1)
     return np.stack([np.minimum(x1, x2 + system.clearance), v1, np.maximum(x2, x1 - system.clearance), v2], axis=-1)
-
-
-REACH_OF_STARTS = 2.0  # of the starts, in amplitudes of the motion from rest
-STARTS = 64
-SAMPLE = 256  # last periods of a run, by which its motion is recognised
-STARTS_TOGETHER = 8  # runs in a batch, after which the motions so far are shown
-DECIMALS = 4  # of a start, so that its numbers can be read, typed and sent in full
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,9 @@ from vibroscope.engine.drivers.section import TOLERANCE, period_of, periods_of, 
 from vibroscope.engine.model import DISPLACEMENTS, System
 from vibroscope.engine.motions.tolerances import BETWEEN_SOLVERS, DYING, NOISY, SAME_AVERAGES, SAME_CYCLE, THIN
 
+SECTION_BATCHES = 16
+MOST_TUBES = 4  # of a torus, which the motion visits in turn
+
 
 def batch_means(values: np.ndarray, batches: int) -> np.ndarray:
     """Return the mean of each of ``batches`` consecutive batches of rows, (batches, …)."""
@@ -106,9 +109,6 @@ def _by_period(sections: np.ndarray, periods: np.ndarray, variance: Callable[[np
 def scatter(section: np.ndarray, period: int, body: int) -> float:
     """Standard deviation of a body's displacement about the ``period`` points of a cycle, in units of length."""
     return band_width(section, period, slice(2 * body - 2, 2 * body - 1))
-
-
-SECTION_BATCHES = 16
 
 
 def same_motion(known: np.ndarray, section: np.ndarray, period: int, blurred: bool = False, least: float = 0.0) -> bool:
@@ -203,9 +203,6 @@ def distance_between_solvers(one: np.ndarray, other: np.ndarray, period: int) ->
 def shifted_distance(points: np.ndarray, others: np.ndarray) -> float:
     """Largest difference of two cycles of as many points, after the shift that makes it smallest."""
     return min(float(np.abs(points - np.roll(others, shift, axis=0)).max()) for shift in range(len(points)))
-
-
-MOST_TUBES = 4  # of a torus, which the motion visits in turn
 
 
 def irregularity(section: np.ndarray) -> float:

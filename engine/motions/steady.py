@@ -23,7 +23,7 @@ basin of attraction smaller than that would be accepted wrongly.)
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -53,6 +53,8 @@ from vibroscope.engine.result import Checkpoint, Record, Response, Status
 from vibroscope.engine.simulate import KEEP, LONG, simulate, starting_checkpoint
 
 MOST_NEWTON_STEPS = 30
+REST = None  # as a start: the static equilibrium of the system
+MAX_PERIOD_LIMIT = 64
 
 
 class FixedPoint(NamedTuple):
@@ -175,11 +177,8 @@ def _newton_step(poincare: PoincareMap, y: np.ndarray, returned: Return, period:
     fraction = 1.0
     while fraction >= SMALLEST_FRACTION:
         tried = y + fraction * full
-        there = (
-            _image(poincare, tried, period, returned.residual)
-            if np.abs(tried).max() <= LONGEST_NEWTON_STEP * size
-            else None
-        )
+        near = np.abs(tried).max() <= LONGEST_NEWTON_STEP * size
+        there = _image(poincare, tried, period, returned.residual) if near else None
         if there is not None and there.residual < returned.residual:
             return tried, there
         if returned.residual <= RESIDUAL * size:  # rounding prevents any further reduction
@@ -249,10 +248,6 @@ def norm_factor(contraction: np.ndarray) -> np.ndarray:
     return np.linalg.cholesky(total).T
 
 
-REST = None  # as a start: the static equilibrium of the system
-MAX_PERIOD_LIMIT = 64
-
-
 class Schedule(NamedTuple):
     """When a search looks for a cycle.
 
@@ -318,12 +313,12 @@ class Steady:
     """
 
     periodic: bool
-    message: str
-    period: int
+    message: str = ""
+    period: int = 0
     state: np.ndarray
-    multipliers: np.ndarray
-    residual: float
-    iterations: int
+    multipliers: np.ndarray = field(default_factory=lambda: np.empty(0, complex))
+    residual: float = np.nan
+    iterations: int = 0
     periods: int
     response: Response
 
@@ -397,11 +392,9 @@ def steady(
     start = starting_checkpoint(initial, system, eta, method)
     kind = LawDriver if needs_law(method) else EventDriver
     schedule = schedule_of(method)
-    driver = kind(system, eta, method, start, schedule.attempts[-1], 0, None)
-    poincare, sought = (
-        PoincareMap(system, eta, method, cancelled),
-        {"max_period": max_period, "stable_only": stable_only},
-    )
+    driver = kind(start, schedule.attempts[-1], 0, None)
+    poincare = PoincareMap(system, eta, method, cancelled)
+    sought = {"max_period": max_period, "stable_only": stable_only}
     for periods in schedule.attempts:
         status, _ = driver.advance(periods, cancelled, record=True)
         if status is not Status.OK:
@@ -417,17 +410,7 @@ def steady(
         return _of_orbit((system, eta, method), poincare, orbit, periods, record)
     message = _failure(run, max_period, orbit) + f"; this is the run of {schedule.long} periods, the last {KEEP} kept"
     end = run.section[-1] if len(run.section) else np.full(4, np.nan)
-    return Steady(
-        periodic=False,
-        message=message,
-        period=0,
-        state=end,
-        multipliers=np.empty(0, complex),
-        residual=np.nan,
-        iterations=0,
-        periods=periods + poincare.periods,
-        response=run,
-    )
+    return Steady(periodic=False, message=message, state=end, periods=periods + poincare.periods, response=run)
 
 
 def _of_orbit(problem: tuple, poincare: PoincareMap, orbit: FixedPoint, periods: int, record: Record | None) -> Steady:
@@ -439,7 +422,6 @@ def _of_orbit(problem: tuple, poincare: PoincareMap, orbit: FixedPoint, periods:
     cycles = {"periods": 2 * orbit.period, "keep": orbit.period, "record": _limited(record, orbit.period)}
     return Steady(
         periodic=True,
-        message="",
         period=orbit.period,
         state=poincare.displacements(orbit.state),
         multipliers=eigenvalues_by_modulus(orbit.returned.jacobian),

@@ -157,13 +157,6 @@ def _is_about_cycle(sections: np.ndarray, periods: np.ndarray, widths: np.ndarra
     return about
 
 
-class Band(NamedTuple):
-    """The band of a section with so many steps per period, by the scatter of the observed body alone."""
-
-    steps: int
-    scatter: float  # :func:`.section.scatter`
-
-
 class SectionJudgement(NamedTuple):
     """Type of a Newmark motion, and how much its section scatters by the time step."""
 
@@ -171,7 +164,7 @@ class SectionJudgement(NamedTuple):
     period: int
     reason: str
     step_noise: float  # scatter of the observed body if the time step causes it, else 0
-    bands: tuple[tuple[int, float], ...]  # :class:`Band` with the step itself and with smaller ones
+    bands: tuple[tuple[int, float], ...]  # steps per period, first those of the run, and the scatter of the body
 
 
 def widths_text(bands: Iterable[tuple[int, float]]) -> Statement:
@@ -203,7 +196,7 @@ def section_judgement(
         reason = f"the section repeats itself after {counted(shown, 'period')}"
         return SectionJudgement(Kind.PERIODIC, shown, reason, 0.0, ())
     tried = [(run.method.steps, run.section), *finer]
-    bands = [Band(steps, scatter(section, period, body)) for steps, section in tried]
+    bands = tuple((steps, scatter(section, period, body)) for steps, section in tried)
     decided, artefact = Kind[CellKind(judged.kinds[0]).name], judged.kinds[0] == CellKind.ARTEFACT
     symbol, over = Symbol(SYMBOLS[run.system.observed_body]), f"over {len(run.section)} periods"
     listed = stated("{} in {}, {}", widths_text(bands), symbol, over)
@@ -241,8 +234,8 @@ def section_judgement(
             limit.reason,
             listed,
         )
-    noise, decided = (bands[0].scatter, Kind.PERIODIC) if artefact else (0.0, decided)
-    return SectionJudgement(decided, int(judged.periods[0]), reason, noise, tuple(map(tuple, bands)))
+    noise, decided = (bands[0][1], Kind.PERIODIC) if artefact else (0.0, decided)
+    return SectionJudgement(decided, int(judged.periods[0]), reason, noise, bands)
 
 
 def can_narrow(sections: np.ndarray) -> np.ndarray:

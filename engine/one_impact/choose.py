@@ -1,8 +1,7 @@
 """Backwards: from what a contact is to give to the step, K and D, each verified by solving the contact with it.
 
-Hertz' contact of two elastic bodies with round surfaces: its K from materials and radii.
-
-The force is Kδ^1.5 with
+K may also follow from materials and radii, by Hertz' contact of two elastic bodies with round surfaces. The force is
+Kδ^1.5 with
 
     K = 4/3 E* √R,    1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂,    1/R = 1/R₁ + 1/R₂
 
@@ -37,6 +36,15 @@ from vibroscope.engine.result import check_cancelled
 
 MODULUS_RANGE = (0.0, 1e15)
 POISSON_RANGE = (-1.0, 0.5)
+STEPS_RANGE = (0.25, 500.0)  # steps per contact among which the fewest are sought
+PER_DECADE = 16  # tried before halving, of these and of K and D
+LOOK_ABOVE, PER_STEP = 1.5, 10  # from what is found so far to so many times that, so many are tried for each step more
+LOOK = 1e3  # times a value, and that part of it, within which its bounds are sought
+SEEK = 10.0  # times K, from one bracket of a permitted penetration or force to the next
+CLOSE_TO_ASKED = 0.05  # of the restitution
+HALVED_TO = 1e-4  # relative, of what is found by halving, and how close to a change of contacts steps are tried
+JUST_BELOW = 1.0 - 0.25 * HALVED_TO
+SURE = 2e-3  # of the restitution: closer to a bound than this, a rough look over the instants does not decide
 
 
 class Material(NamedTuple):
@@ -82,17 +90,6 @@ def hertz_stiffness(first: Material, second: Material, radius1: float, radius2: 
     if curvature == 0.0:
         raise ValueError("two planes touch in no point: give a radius of at least one of them")
     return 4.0 / (3.0 * compliance * math.sqrt(curvature))
-
-
-STEPS_RANGE = (0.25, 500.0)  # steps per contact among which the fewest are sought
-PER_DECADE = 16  # tried before halving, of these and of K and D
-LOOK_ABOVE, PER_STEP = 1.5, 10  # from what is found so far to so many times that, so many are tried for each step more
-LOOK = 1e3  # times a value, and that part of it, within which its bounds are sought
-SEEK = 10.0  # times K, from one bracket of a permitted penetration or force to the next
-CLOSE_TO_ASKED = 0.05  # of the restitution
-HALVED_TO = 1e-4  # relative, of what is found by halving, and how close to a change of contacts steps are tried
-JUST_BELOW = 1.0 - 0.25 * HALVED_TO
-SURE = 2e-3  # of the restitution: closer to a bound than this, a rough look over the instants does not decide
 
 
 def over_steps(question: Impact, steps: Sequence[float] | np.ndarray) -> Iterator[tuple[float, WithStep]]:
@@ -333,11 +330,15 @@ def _last_that_holds(holds: Callable[[float], bool], tried: Iterable[float]) -> 
         good = value
     else:
         return good
-    if good is None:
-        return None
-    bad = value
-    while abs(bad / good - 1.0) > HALVED_TO:
+    return None if good is None else _halved(holds, good, value, HALVED_TO)
+
+
+def _halved(holds: Callable[[float], bool], good: float, bad: float, to: float) -> float:
+    """The value closest to a bad one for which something still holds, up to a relative difference."""
+    while abs(bad / good - 1.0) > to:
         middle = math.sqrt(good * bad)
+        if middle in (good, bad):
+            break
         good, bad = (middle, bad) if holds(middle) else (good, middle)
     return good
 
@@ -389,10 +390,6 @@ def stiffness_for(question: Impact, *, penetration: float | None = None, force: 
             high *= SEEK
     except ValueError:  # K or D beyond what a method takes
         raise ValueError(f"{name} = {wanted:g}: no K within the range gives it: take another speed or mass") from None
-    while high / low - 1.0 > 1e-12:
-        middle = math.sqrt(low * high)
-        if not low < middle < high:
-            break
-        low, high = (low, middle) if beyond(middle) else (middle, high)
-    found = at(high if force is None else low).method
+    ends = (beyond, high, low) if force is None else (lambda stiffness: not beyond(stiffness), low, high)
+    found = at(_halved(*ends, 1e-12)).method
     return question.with_contact(found.stiffness, found.damping)

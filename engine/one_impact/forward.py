@@ -1,6 +1,9 @@
 """The answer: what a contact gives, without a step and with it.
 
-A nonsmooth step, for codes without a contact spring: Newton's impact law at the velocities of each step.
+It is a span of restitutions over the instant of touch (:class:`Span`), and the contact force over time
+(:func:`force_courses`): of the touch closest to what was asked, of the farthest, and without a step.
+
+Codes without a contact spring apply Newton's impact law at the velocities of each step, a nonsmooth step.
 
 The θ-method of Moreau and Jean, with the velocity v and the gap g of a reduced mass, a constant force F that closes the
 gap, and the impulse P of the contact over a step,
@@ -16,8 +19,6 @@ for ½ ≤ θ ≤ 1/(1 + e).
 Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235–257; Acary & Brogliato, Numerical Methods for Nonsmooth Dynamical
 Systems (2008); energy: Acary, ZAMM 96 (2016) 585–603. The MoreauJeanOSI of Siconos predicts the gap so, by its γ = ½
 (user's guide: Event-Capturing schemes).
-
-The contact force over time: of the touch closest to what was asked, of the farthest, and without a step.
 """
 
 import math
@@ -25,7 +26,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.arguments import require
+from vibroscope.engine.arguments import require, set_fields
 from vibroscope.engine.contact import ContactUnits
 from vibroscope.engine.drivers.alone import (
     BLOWN_UP,
@@ -47,6 +48,9 @@ from vibroscope.engine.one_impact.question import Impact, set_checked
 THETA_RANGE = (0.5, 1.0)
 MOST_STEPS = 10_000  # of a contact with a force, after which it stays
 PREDICTED = 0.5  # of a step, at which the gap decides whether there is contact
+GAINED = 1e-9  # restitution beyond one that is not rounding
+CONTACT_TIMES = 2.0  # after so many a contact that has not ended is not followed further
+MOST_GIVEN = 1000  # steps that are given; of more, each second, third, …
 
 
 @dataclass(frozen=True)
@@ -88,8 +92,8 @@ class MoreauJean:
 
     def __post_init__(self):
         set_checked(self, has_step=True)
-        theta = require("theta", self.theta, *THETA_RANGE, "1/2 conserves energy in flight, 1 is Euler's")
-        object.__setattr__(self, "theta", theta)
+        why = "1/2 conserves energy in flight, 1 is Euler's"
+        set_fields(self, theta=require("theta", self.theta, *THETA_RANGE, why))
 
     @property
     def scheme(self) -> tuple[str, str]:
@@ -137,9 +141,6 @@ class NonsmoothTouches:
             if not going.any():
                 break
         return found
-
-
-GAINED = 1e-9  # restitution beyond one that is not rounding
 
 
 class Span(NamedTuple):
@@ -248,10 +249,6 @@ def instants_of(question: Impact | MoreauJean, fineness: Fineness = FULL) -> Ins
     known = np.isfinite(found.restitution)
     depth, force, steps = (np.where(known, each, np.nan) for each in (found.depth, found.force, found.steps))
     return found._replace(depth=depth * u.length, force=force * u.force, steps=steps)
-
-
-CONTACT_TIMES = 2.0  # after so many a contact that has not ended is not followed further
-MOST_GIVEN = 1000  # steps that are given; of more, each second, third, …
 
 
 class ForceCourse(NamedTuple):

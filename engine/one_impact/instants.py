@@ -31,6 +31,9 @@ SHARES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # of a piece, looked at
 AT_QUARTERS = np.array([[3.0, 6.0, -1.0], [-1.0, 6.0, 3.0]]) / 8.0  # of a parabola through the others
 WEIGHTS = np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / 12.0  # of Simpson's rule
 VERTEX = 1.0 / 64.0  # of its second difference, what a parabola adds between two instants at most: more off, it is none
+MANY, SHORT = 200, 1e-6  # pieces sought at once, beyond which those so short are left: rounding decides there
+MOST = 1000  # … beyond which all are: contacts so long that each instant has another course
+SAME = [STEPS, NONE, TWO, CODE]  # along a piece
 
 
 class Fineness(NamedTuple):
@@ -44,9 +47,6 @@ class Fineness(NamedTuple):
 FULL = Fineness((SPEED, DEPTH, PUSH), 1e-6, EDGE)
 OUTLINE = Fineness((SPEED,), 1e-4, 1e-7)  # for a search, which asks for the restitution alone
 ROUGH = Fineness((SPEED,), 1e-4, 1e-3)  # … and where that is far from a bound
-MANY, SHORT = 200, 1e-6  # pieces sought at once, beyond which those so short are left: rounding decides there
-MOST = 1000  # … beyond which all are: contacts so long that each instant has another course
-SAME = [STEPS, NONE, TWO, CODE]  # along a piece
 
 
 def courses_of(same: np.ndarray) -> np.ndarray:

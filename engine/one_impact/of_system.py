@@ -1,8 +1,7 @@
 """The contact of a system's bodies alone with the step of a run, as verdicts, recommendations and rules speak of it.
 
-The closing speeds of a motion, and what a contact gives at all of them.
-
-What a contact gives with its step in words: the restitution over the instant of touch, and what goes wrong.
+A contact is solved at the closing speeds of a motion, and what it gives with its step is said in words: the restitution
+over the instant of touch, and what goes wrong.
 """
 
 import math
@@ -22,6 +21,8 @@ from vibroscope.engine.units import written
 from vibroscope.engine.wording import finite_or_none, percent
 
 CLASSES = 12  # of speeds, of equal width, each solved at its mean
+_SHOWN = 5e-4  # share of the touches from which on it is said
+MOST_FOLLOWED = 2000.0  # steps in a contact; what more of them change shows in no digit, and takes a second to find
 
 
 class OverMotion(NamedTuple):
@@ -114,9 +115,6 @@ def _solved(question: Impact, speeds: np.ndarray) -> list[Instants]:
     return [one._replace(depth=one.depth * times, force=one.force * times) for times in grown]
 
 
-_SHOWN = 5e-4  # share of the touches from which on it is said
-
-
 def steps_text(steps: float) -> str:
     """Steps in a contact, as they are written wherever they are counted."""
     return written(steps, 3)
@@ -146,9 +144,6 @@ def shares_text(found: WithStep) -> str:
     }
     texts = [f"{percent(share)} of the touches {words}" for words, share in kinds.items() if share > _SHOWN]
     return f"; {', '.join(texts)}" if texts else ""
-
-
-MOST_FOLLOWED = 2000.0  # steps in a contact; what more of them change shows in no digit, and takes a second to find
 
 
 class ContactAlone(NamedTuple):

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from vibroscope.engine.arguments import require
+from vibroscope.engine.arguments import require, set_fields
 from vibroscope.engine.contact import (
     ContactUnits,
     check_mass,
@@ -40,14 +40,15 @@ def set_checked(question: object, *, has_step: bool = False) -> None:
     ValueError
         If a number is out of range; if the step is so long that the force makes the speed.
     """
-    one = question
-    checked = {"speed": check_speed(one.speed), "mass": check_mass(one.mass)}
-    checked["time_step"] = require("time_step", one.time_step, *STEP_RANGE, STEP_ADVICE, open_low=has_step)
-    advice = "give a constant force that presses the bodies together, or 0"
-    checked["force"] = require("force", one.force, *FORCE_RANGE, advice)
-    checked["restitution"] = require("restitution", one.restitution, 0.0, 1.0, "give the restitution asked for")
-    for name, value in checked.items():
-        object.__setattr__(one, name, value)
+    one, advice = question, "give a constant force that presses the bodies together, or 0"
+    set_fields(
+        question,
+        speed=check_speed(one.speed),
+        mass=check_mass(one.mass),
+        time_step=require("time_step", one.time_step, *STEP_RANGE, STEP_ADVICE, open_low=has_step),
+        force=require("force", one.force, *FORCE_RANGE, advice),
+        restitution=require("restitution", one.restitution, 0.0, 1.0, "give the restitution asked for"),
+    )
     if one.force * one.time_step >= one.mass * one.speed:
         longest = one.mass * one.speed / one.force
         raise ValueError(

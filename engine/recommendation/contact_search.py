@@ -31,6 +31,23 @@ from vibroscope.engine.recommendation.tolerances import WELL
 from vibroscope.engine.recommendation.trials import NEIGHBOURS, NewmarkSetting, RangeTrials, Trial
 from vibroscope.engine.wording import rounded_to, rounded_up
 
+RANGE_STRIDE = 1.05  # from point to point of a range, a factor
+CONFIRMED_PER_STRIDE, RANGE_MISS_IN = 6, 20  # points to a stride that confirm a range; one in so many of them may miss
+POINTS_EACH_SIDE = 10  # points on each side: a factor of 1.6
+POINTS_AT_ONCE = 4  # points that are tried side by side
+SPARE = (1.0, 1.1, 1.2, 1.35, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0)  # times the least number of steps
+MIDDLE_DIGITS = (2, 3)  # of K and D
+CONTACT_STEPS = (1.5, 100.0)  # steps in a contact that are worth a trial
+FORCE_STEPS = 0.8  # the least of them for a tolerance of the peak force, times that: a strong damper makes up for few
+SOFTEST = 10.0  # K that is worth a trial
+RATIO, LOCATED_RATIO = 2.0, 4.0  # between neighbouring K of the grid
+DAMPING_FACTORS = (0.2, 0.4, 0.7, 0.85, 1.0, 1.15, 1.4, 2.5)  # ζ of the grid, in units of ζ(e)
+LEAST_DAMPING = 0.01  # the unit, if e is so near to 1 that ζ(e) is less
+LIKELY, FEW_NEIGHBOURS = 16, 2  # settings of the grid that are tried with a few of their neighbours, and how few …
+JUDGED = 6  # … and settings that are judged with all of them
+CONTACTS_AT_ONCE = 4  # settings whose contacts are looked at side by side
+MOVES = ((1.4, 1.12), (1.15, 1.05))  # factors of K and D, round by round
+
 
 def pareto_front(trials: Iterable[Trial]) -> list[Trial]:
     """Return the trials that no other trial beats in both cost and robust error, cheapest first."""
@@ -64,14 +81,6 @@ def _longest_chain(front: list[Trial]) -> list[Trial]:
 def _follows(one: Trial, other: Trial) -> bool:
     """Whether the other trial has more steps and a smaller own error."""
     return other.setting.steps > one.setting.steps and other.error < one.error
-
-
-RANGE_STRIDE = 1.05  # from point to point of a range, a factor
-CONFIRMED_PER_STRIDE, RANGE_MISS_IN = 6, 20  # points to a stride that confirm a range; one in so many of them may miss
-POINTS_EACH_SIDE = 10  # points on each side: a factor of 1.6
-POINTS_AT_ONCE = 4  # points that are tried side by side
-SPARE = (1.0, 1.1, 1.2, 1.35, 1.5, 1.75, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0)  # times the least number of steps
-MIDDLE_DIGITS = (2, 3)  # of K and D
 
 
 class MiddleSearch:
@@ -159,22 +168,18 @@ class MiddleSearch:
     def _range(self, setting: NewmarkSetting, name: str) -> tuple[float, float]:
         """Return how far one number goes down and up; its own value where it does not."""
         own, (least, most) = getattr(setting, name), self._bounds(name)
-        before = (
-            math.ceil(math.log(own, RANGE_STRIDE)) - 1
-        )  # the points are powers, so that they are the same from any start
-        down = [RANGE_STRIDE**i for i in range(before, before - POINTS_EACH_SIDE, -1)]
-        after = math.floor(math.log(own, RANGE_STRIDE)) + 1
-        up = [RANGE_STRIDE**i for i in range(after, after + POINTS_EACH_SIDE)]
-        allowed = ([point for point in points if least <= point <= most] for points in (down, up))
+        here = math.log(own, RANGE_STRIDE)  # the points are powers, so that they are the same from any start
+        before, after = math.ceil(here) - 1, math.floor(here) + 1
+        powers = range(before, before - POINTS_EACH_SIDE, -1), range(after, after + POINTS_EACH_SIDE)
+        allowed = ([RANGE_STRIDE**i for i in side if least <= RANGE_STRIDE**i <= most] for side in powers)
         return tuple(self._last_that_meets(setting, name, points) for points in allowed)
 
     def _last_that_meets(self, setting: NewmarkSetting, name: str, points: list[float]) -> float:
         last = getattr(setting, name)
         for begin in range(0, len(points), POINTS_AT_ONCE):
             some = points[begin : begin + POINTS_AT_ONCE]
-            for point, meets in zip(
-                some, self._all_meet([setting._replace(**{name: one}) for one in some]), strict=True
-            ):
+            tried = self._all_meet([setting._replace(**{name: point}) for point in some])
+            for point, meets in zip(some, tried, strict=True):
                 if not meets:
                     return last
                 last = point
@@ -199,18 +204,6 @@ def _few_digits(low: float, high: float) -> float | None:
 def spare_steps(steps: int, most: int) -> list[int]:
     """Return the numbers of steps of two digits to try, from ``steps`` on."""
     return list(dict.fromkeys(min(most, math.ceil(rounded_up(steps * factor))) for factor in SPARE))
-
-
-CONTACT_STEPS = (1.5, 100.0)  # steps in a contact that are worth a trial
-FORCE_STEPS = 0.8  # the least of them for a tolerance of the peak force, times that: a strong damper makes up for few
-SOFTEST = 10.0  # K that is worth a trial
-RATIO, LOCATED_RATIO = 2.0, 4.0  # between neighbouring K of the grid
-DAMPING_FACTORS = (0.2, 0.4, 0.7, 0.85, 1.0, 1.15, 1.4, 2.5)  # ζ of the grid, in units of ζ(e)
-LEAST_DAMPING = 0.01  # the unit, if e is so near to 1 that ζ(e) is less
-LIKELY, FEW_NEIGHBOURS = 16, 2  # settings of the grid that are tried with a few of their neighbours, and how few …
-JUDGED = 6  # … and settings that are judged with all of them
-CONTACTS_AT_ONCE = 4  # settings whose contacts are looked at side by side
-MOVES = ((1.4, 1.12), (1.15, 1.05))  # factors of K and D, round by round
 
 
 @dataclass

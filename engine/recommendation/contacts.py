@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.arguments import require
+from vibroscope.engine.arguments import require, set_fields
 from vibroscope.engine.contact import effective_restitution
 from vibroscope.engine.divergence.encounters import delivered_restitution, mean_closing_speed, short_contacts
 from vibroscope.engine.divergence.error import Target
@@ -24,10 +24,8 @@ from vibroscope.engine.result import Record, Response
 DISPLACEMENT_RANGE = (1e-6, 1.0)
 RESTITUTION_RANGE, FORCE_RANGE = (1e-3, 1.0), (1e-3, 10.0)
 TRIAL_SAMPLES_IN_CONTACT = 30  # samples in the shortest contact of a run that has no steps of its own
-PEAK_SAMPLES, MORE_PEAK_SAMPLES = (
-    4_000,
-    40_000,
-)  # of a run, to choose by and to verify: at most, but for those of one cycle
+# Samples of a run, to choose by and to verify: at most, but for those of one cycle.
+PEAK_SAMPLES, MORE_PEAK_SAMPLES = 4_000, 40_000
 FEWEST_PEAK_SAMPLES = 200  # samples in a period
 
 
@@ -64,8 +62,7 @@ class Tolerances:
         if self.force is not None:
             advice = "give how far the peak force may be off, relative to it, or switch it off"
             checked["force"] = require("force_tolerance", self.force, *FORCE_RANGE, advice)
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        set_fields(self, **checked)
 
 
 class Contacts(NamedTuple):

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 
 import numpy as np
-from vibroscope.engine.arguments import check_fields, require, shown, whole
+from vibroscope.engine.arguments import check_fields, require, set_fields, shown, whole
 from vibroscope.engine.methods import DAMPING_RANGE, STIFFNESS_RANGE, Newmark, Reference, TimeStepping
 from vibroscope.engine.model import System, check_eta
 from vibroscope.engine.one_impact.of_system import ContactAlone
@@ -16,6 +16,9 @@ from vibroscope.engine.wording import html_table, rounded_to, rounded_up
 STIFFNESS_MAX_RANGE = (1.0, 1e11)
 STEPS_MAX_RANGE = (4, 1_000_000)
 STIFFEST = 1e6  # times the stiffer spring: the largest K that is tried unless another is given
+MOST_ETAS = 50
+DIGITS = 10  # of a question: what depends on further ones is rounding, and a search must not answer it differently
+_UNSET = NewmarkSetting(1.0, 0.0, 1000)  # what a search does not read
 
 
 def largest_stiffness(system: System) -> float:
@@ -57,17 +60,11 @@ class Limits:
             checked["stiffness"] = require("stiffness", self.stiffness, *STIFFNESS_RANGE, "give the K to hold")
         if self.damping is not None:
             checked["damping"] = require("damping", self.damping, *DAMPING_RANGE, "give the D to hold")
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        set_fields(self, **checked)
 
     def of(self, system: System) -> "Limits":
         """The limits for a system, all of them numbers."""
         return self if self.stiffness_max is not None else replace(self, stiffness_max=largest_stiffness(system))
-
-
-MOST_ETAS = 50
-DIGITS = 10  # of a question: what depends on further ones is rounding, and a search must not answer it differently
-_UNSET = NewmarkSetting(1.0, 0.0, 1000)  # what a search does not read
 
 
 @dataclass(frozen=True)
@@ -119,9 +116,7 @@ class SettingQuestion:
         check_fields(self)
         if not self.scheme.has_step:
             raise ValueError(f"scheme = {shown(self.scheme)} has no time step: give a Newmark or a TimeStepping")
-        object.__setattr__(self, "etas", etas)
-        object.__setattr__(self, "scheme", with_setting(self.scheme, _UNSET))
-        object.__setattr__(self, "limits", self.limits.of(self.system))
+        set_fields(self, etas=etas, scheme=with_setting(self.scheme, _UNSET), limits=self.limits.of(self.system))
 
     @property
     def is_range(self) -> bool:

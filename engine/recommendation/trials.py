@@ -23,11 +23,9 @@ verified by runs that all begin at rest and last as long as the paper's, as thos
 steps skipped, with half the step, and 120 neighbours, of which four may miss one of the tolerances. If a tenth of the
 neighbourhood missed them, at most four of 120 would with a probability of 0.006 only.
 
-Trials of one K, D and Δτ at several excitation frequencies: what counts is the frequency with the largest error.
-
-A setting names the steps per period at the highest frequency, n, and so its time step Δτ = 2π/(η_max n). At a lower
-frequency a period takes more of these steps, n η_max/η, rounded up to a whole number: the step of a run is Δτ or less,
-by a fraction of a step per period.
+Of several excitation frequencies the one with the largest error counts. A setting names the steps per period at the
+highest frequency, n, and so its time step Δτ = 2π/(η_max n). At a lower frequency a period takes more of these steps, n
+η_max/η, rounded up to a whole number: the step of a run is Δτ or less, by a fraction of a step per period.
 """
 
 import math

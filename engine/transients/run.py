@@ -1,8 +1,7 @@
 """A run from rest under a load that is no harmonic, and what is left of it after the load.
 
-Largest values between samples, from the cubic that has the values and the slopes of both ends of an interval.
-
-The instants at which a run under a load is sampled, so that its peaks are known.
+The instants at which it is sampled are such that its peaks are known: the largest values between samples are those of
+the cubic that has the values and the slopes of both ends of an interval.
 """
 
 import math
@@ -20,6 +19,13 @@ from vibroscope.engine.model import System
 from vibroscope.engine.outputs import peaks
 from vibroscope.engine.result import Impacts, Record, Response, Trajectory
 from vibroscope.engine.simulate import SAMPLES_LIMIT, simulate_load, under_load
+
+CYCLE_SAMPLES = 128  # in the fastest cycle without contact: a peak between them is missed by 3e-4 of it at most
+CONTACT_SAMPLES = 64  # in a contact
+CONTACT_CYCLE = 12  # … at least so many in a cycle of a penalty contact that lasts
+CYCLE = 2 * math.pi  # of body 1, in 1/ω₁
+PULSE_SAMPLES = 400  # of a half-sine, between which it is straight
+FREE_CYCLES = 4.0  # that a run goes on after the load, unless said otherwise
 
 
 def largest(time: np.ndarray, value: np.ndarray, slope: np.ndarray, smooth: np.ndarray) -> float:
@@ -48,11 +54,6 @@ def without_impacts(sampled: Trajectory, impacts: Impacts) -> np.ndarray:
     """The intervals between samples, (n − 1,) of bool, in which no impact falls."""
     places = np.searchsorted(impacts.time, sampled.time, side="right")
     return np.diff(places) == 0
-
-
-CYCLE_SAMPLES = 128  # in the fastest cycle without contact: a peak between them is missed by 3e-4 of it at most
-CONTACT_SAMPLES = 64  # in a contact
-CONTACT_CYCLE = 12  # … at least so many in a cycle of a penalty contact that lasts
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,11 +97,6 @@ def instants_of(system: System, method: Method, contacts: np.ndarray, depth: flo
     )
     shares = np.unique(shares)
     return shares[shares < 1.0]
-
-
-CYCLE = 2 * math.pi  # of body 1, in 1/ω₁
-PULSE_SAMPLES = 400  # of a half-sine, between which it is straight
-FREE_CYCLES = 4.0  # that a run goes on after the load, unless said otherwise
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ from vibroscope.engine.kernels.event_driven.state import (
     CONTACT,
     FLIGHT,
     ROUNDING,
-    HybridState,
+    at_once,
     later_state,
     linear_state,
     load_at,
@@ -149,7 +149,14 @@ def first_nonzero_derivative(phase, z, start):
 @jit_inlined
 def begin_flight(a, v1, rate, order):
     """The hybrid state from which the bodies separate."""
-    return HybridState(a.period, a.tau, a.x1, v1, 0.0, rate, FLIGHT, order, a.events, no_contact())
+    return at_once(a, v1, 0.0, rate, FLIGHT, order, no_contact())
+
+
+@jit_inlined
+def opened_contact(p, a):
+    """The contact that begins at a hybrid state."""
+    x1, v1, _, v2 = displacements(p, a.x1, a.v1, a.gap, a.rate)
+    return OpenContact(time_of(p, a), max(-a.rate, 0.0), x1, v1, v2, 0.0)
 
 
 @jit_inlined
@@ -158,12 +165,10 @@ def begin_contact(p, a, rate, order):
 
     Joined bodies move at the velocity (ξ₁′ + μξ₂′)/(1 + μ) that conserves momentum; pressed ones keep theirs.
     """
-    x1, v1, _, v2 = displacements(p, a.x1, a.v1, a.gap, a.rate)
-    opened = OpenContact(time_of(p, a), max(-a.rate, 0.0), x1, v1, v2, 0.0)
+    opened = opened_contact(p, a)
     if p.rigid:
-        v1 = a.v1 + p.mass_share * a.rate
-        return HybridState(a.period, a.tau, a.x1, v1, 0.0, 0.0, CONTACT, order, a.events, opened)
-    return HybridState(a.period, a.tau, a.x1, a.v1, 0.0, rate, CONTACT, order, a.events, opened)
+        return at_once(a, a.v1 + p.mass_share * a.rate, 0.0, 0.0, CONTACT, order, opened)
+    return at_once(a, a.v1, 0.0, rate, CONTACT, order, opened)
 
 
 @jit_no_alloc
@@ -236,9 +241,8 @@ def resolve_flight_start(p, a):
         if near and can_sum(p.flight, z, p.restitution, p.completion, p.scratch):
             s, x, v = sum_up(p.flight, z, p.restitution, p.mass_share, p.scratch)
             if s <= time_to_load_change(p, a.tau):
-                return begin_contact(
-                    p, later_state(p, a, s, (x + p.flight.position, v, 0.0, 0.0), FLIGHT, 0.0, a.contact), 0.0, 0.0
-                )
+                end = later_state(p, a, s, (x + p.flight.position, v, 0.0, 0.0), FLIGHT, 0.0, a.contact)
+                return begin_contact(p, end, 0.0, 0.0)
     if is_hidden(p, a):
         return separate_or_touch(p, a, 2)
     return a
@@ -267,7 +271,7 @@ def remain_in_contact(p, a):
 
 
 @jit_no_alloc
-def first_nonzero(p, phase, z):
+def first_nonzero(phase, z):
     """Order and value of what a phase watches, or of its first derivative that is not zero within rounding."""
     value, scale = phase.watched, abs(phase.watched)
     for i in range(6):
@@ -282,12 +286,11 @@ def resolve_load_change(p, a):
     """The hybrid state where the load jumps or bends: a contact may open at once, and its fast modes are excited."""
     if a.mode == FLIGHT or a.mode == COLLISION:
         return a
-    order, value = first_nonzero(p, p.contact, linear_state(p, p.contact, a))
+    order, value = first_nonzero(p.contact, linear_state(p, p.contact, a))
     gap, mode = (0.0 if order > 0 else a.gap), CONTACT
     if value < 0.0:  # the reference's force is −g″ of the free gap, the penalty's contact ends with −g
         gap, mode, order = 0.0, FLIGHT, order + 2 if p.rigid else max(order, 1)
-    order = min(order, HIGHEST_ORDER)
-    return HybridState(a.period, a.tau, a.x1, a.v1, gap, a.rate, mode, float(order), a.events, a.contact)
+    return at_once(a, a.v1, gap, a.rate, mode, float(min(order, HIGHEST_ORDER)), a.contact)
 
 
 @jit_inlined

@@ -45,7 +45,6 @@ from vibroscope.engine.kernels.event_driven.saltation import (
 from vibroscope.engine.kernels.event_driven.state import (
     COLLISION,
     CONTACT,
-    END,
     FLIGHT,
     MOST_EFFORT,
     MOST_EVENTS,
@@ -55,6 +54,7 @@ from vibroscope.engine.kernels.event_driven.state import (
     HybridState,
     absolute,
     advance_load,
+    at_load_change,
     count_event,
     in_contact,
     later_state,
@@ -78,6 +78,7 @@ from vibroscope.engine.kernels.status import CROSSED, FULL, OK, PAUSED, PILED_UP
 
 MOST_PAUSES = 8  # in one period, after which it is given up
 SYSTEM_SIZE = SYSTEM.size
+GOING_ON = -1  # beside the statuses: a run does not end
 LOST = 2.0**-44  # a fast part below this share of the penetration is lost in its rounding
 
 
@@ -128,11 +129,29 @@ def first_event(p, phase, a, z):
     return i, u, slope, examined, crosses
 
 
-@jit_no_alloc
-def end_of_segment(p, phase, a, z, s):
-    """The hybrid state s after a, where the load jumps or bends."""
-    x1, v1, gap, rate = evaluate(p, phase, z, s)
-    return HybridState(a.period, p.load[END], x1, v1, gap, rate, a.mode, 0.0, 0.0, a.contact)
+@jit_inlined
+def resolve(p, variation, a, stop, window, buffers):
+    """The hybrid state after what is due at a, from which a phase begins: an impact, a touch, the rest of a chatter.
+
+    Also GOING_ON, or why the run ends there: OK, within the rest of a chatter, or UNRESOLVED.
+    """
+    due, a = a, resolve_collision(p, a)
+    carry_over_reset(p, variation, due, a)
+    record_collision(p, due, a, buffers)
+    start, a = a, resolve_flight_start(p, a)
+    if time_of(p, a) > time_of(p, start):
+        write_chatter(p, start, a, stop, window, buffers)
+        if carry_over_chatter(p, variation, start, a, stop):
+            return a, OK
+    else:
+        carry_over_reset(p, variation, start, a)
+    if not can_separate(p, a):
+        a = remain_in_contact(p, a)
+        if not in_contact(a):
+            return a, UNRESOLVED
+    touching, a = a, drop_fast_part(p, a)
+    carry_over_fast_decay(p, variation, touching, a)
+    return a, GOING_ON
 
 
 @jit_no_alloc
@@ -154,25 +173,10 @@ def integrate_from_stop(packed, state, stop, window, flat, sizes, variation):
             touching, a = a, resolve_load_change(p, a)
             if not in_contact(a):
                 record_contact_end(p, touching, a, window, buffers)
-        # 1. What is due at this state: an impact, a touch, the rest of a chatter
-        due, a = a, resolve_collision(p, a)
-        carry_over_reset(p, variation, due, a)
-        record_collision(p, due, a, buffers)
-        start, a = a, resolve_flight_start(p, a)
-        if time_of(p, a) > time_of(p, start):
-            write_chatter(p, start, a, stop, window, buffers)
-            if carry_over_chatter(p, variation, start, a, stop):
-                status = OK
-                break
-        else:
-            carry_over_reset(p, variation, start, a)
-        if not can_separate(p, a):
-            a = remain_in_contact(p, a)
-            if not in_contact(a):
-                status = UNRESOLVED
-                break
-        touching, a = a, drop_fast_part(p, a)
-        carry_over_fast_decay(p, variation, touching, a)
+        # 1. What is due at this state
+        a, status = resolve(p, variation, a, stop, window, buffers)
+        if status != GOING_ON:
+            break
         # 2. The phase that begins here, up to its first event, the end of the block or the end of the run
         phase = phases[int(a.mode)]
         z = linear_state(p, phase, a)
@@ -194,7 +198,7 @@ def integrate_from_stop(packed, state, stop, window, flat, sizes, variation):
             break
         begin = a
         if s >= change:
-            a = end_of_segment(p, phase, a, z, change)
+            a = at_load_change(p, a, evaluate(p, phase, z, change), 0.0, a.contact)
         else:
             a = end_of_block(p, phase, a, z) if i == POINTS else end_of_phase(p, phase, a, z, i, u, slope)
         a = add_impulse(p, phase, begin, a, z, buffers)

@@ -13,7 +13,7 @@ the law pushes, as it does in the time-stepping methods. Other laws are followed
 import math
 
 from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
-from vibroscope.engine.kernels.compile.record import OpenContact, no_room, unpack_buffers, with_impulse
+from vibroscope.engine.kernels.compile.record import no_room, unpack_buffers, with_impulse
 from vibroscope.engine.kernels.equations.contact_law import (
     MAIN,
     OTHER,
@@ -23,13 +23,13 @@ from vibroscope.engine.kernels.equations.contact_law import (
     law_force,
     takes_larger,
 )
-from vibroscope.engine.kernels.equations.motion import displacements
 from vibroscope.engine.kernels.event_driven.events import (
     HIGHEST_ORDER,
     begin_flight,
     first_nonzero,
     first_nonzero_derivative,
     is_hidden,
+    opened_contact,
 )
 from vibroscope.engine.kernels.event_driven.law_contact import TABLE, extrapolate, set_start, stepped, take_step
 from vibroscope.engine.kernels.event_driven.output import (
@@ -40,24 +40,25 @@ from vibroscope.engine.kernels.event_driven.output import (
     records,
     time_to_row,
     time_to_sample,
+    write_motion,
 )
 from vibroscope.engine.kernels.event_driven.state import (
     COLLISION,
     CONTACT,
-    END,
     FLIGHT,
     MOST_EFFORT,
     MOST_EVENTS,
-    HybridState,
     absolute,
     advance_load,
+    at_load_change,
+    at_once,
     count_event,
     later_state,
     linear_state,
     load_integral,
-    time_of,
     time_to_load_change,
     unpack_state,
+    with_contact,
     write_state,
 )
 from vibroscope.engine.kernels.event_driven.two_stops import flight_of_other, touch_other
@@ -90,11 +91,9 @@ def first_piece(law, depth, speed):
 @jit_inlined
 def begin_law_contact(p, a, rate, order):
     """The hybrid state from which the bodies touch; ``order``: of the first derivative of v that is not zero."""
-    x1, v1, _, v2 = displacements(p, a.x1, a.v1, a.gap, a.rate)
-    opened = OpenContact(time_of(p, a), max(-a.rate, 0.0), x1, v1, v2, 0.0)
     mode = first_piece(p.law, 0.0, -rate)
     order = 0.0 if mode == SMOOTH else order_at_touch(p, int(mode - PIECES_FROM), order)
-    return HybridState(a.period, a.tau, a.x1, a.v1, 0.0, rate, mode, order, a.events, opened)
+    return at_once(a, a.v1, 0.0, rate, mode, order, opened_contact(p, a))
 
 
 @jit_inlined
@@ -110,8 +109,7 @@ def order_at_touch(p, piece, order):
 def resolve_law_event(p, a):
     """The hybrid state after a touch that is due, a start in contact, or a flight that begins too slowly."""
     if a.mode == CONTACT:
-        mode = first_piece(p.law, -a.gap, -a.rate)
-        return HybridState(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, mode, 0.0, a.events, a.contact)
+        return at_once(a, a.v1, a.gap, a.rate, first_piece(p.law, -a.gap, -a.rate), 0.0, a.contact)
     start = 0
     if a.mode == COLLISION:
         if a.rate < 0.0:
@@ -167,12 +165,6 @@ def piece_of(a):
     return 0 if a.mode == FLIGHT else int(a.mode - PIECES_FROM)
 
 
-@jit_inlined
-def write_law_row(p, row, y):
-    """Write the motion as the user counts it."""
-    row[0], row[1], row[2], row[3] = displacements(p, y[0], y[1], y[2], y[3])
-
-
 @jit_no_alloc
 def write_law_rows(p, a, z, s, gain, window, buffers):
     """Write the section rows and samples of [a, a + s]."""
@@ -181,7 +173,7 @@ def write_law_rows(p, a, z, s, gain, window, buffers):
     while k - kept_from <= buffers.section.shape[0] and time_to_row(p, a, k) <= s:
         t = time_to_row(p, a, k)
         if t >= SLACK * p.period:
-            write_law_row(p, buffers.section[int(k - kept_from) - 1], law_motion(p, a, z, max(t, 0.0)))
+            write_motion(p, buffers.section[int(k - kept_from) - 1], law_motion(p, a, z, max(t, 0.0)))
         k += 1.0
     j = first_sample(p, a, sampled_from, buffers.phases)
     while j < buffers.samples.shape[0]:
@@ -190,7 +182,7 @@ def write_law_rows(p, a, z, s, gain, window, buffers):
             return
         if t >= SLACK * p.period:
             y = law_motion(p, a, z, max(t, 0.0))
-            write_law_row(p, buffers.samples[j], y)
+            write_motion(p, buffers.samples[j], y)
             buffers.samples[j, 4] = p.sign * (law_force(p.law, gain, -y[2], -y[3]) if a.mode != FLIGHT else 0.0)
         j += 1
 
@@ -211,8 +203,8 @@ def with_piece_impulse(p, piece, phase, z, a, s):
     """The hybrid state a, at which a piece has lasted s from z on, with the impulse on the way."""
     if piece == 0:
         return a
-    contact = with_impulse(a.contact, a.contact.impulse + piece_impulse(p, piece, z, linear_state(p, phase, a), s))
-    return HybridState(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events, contact)
+    impulse = a.contact.impulse + piece_impulse(p, piece, z, linear_state(p, phase, a), s)
+    return with_contact(a, with_impulse(a.contact, impulse))
 
 
 @jit_no_alloc
@@ -223,7 +215,7 @@ def resolve_law_load_change(p, a):
     piece, mode, gap, order, falls = piece_of(a), a.mode, a.gap, 0.0, HIGHEST_ORDER + 2
     for k in range(p.counts[piece]):
         phase = phase_of(p, piece, k)
-        first, value = first_nonzero(p, phase, linear_state(p, phase, a))
+        first, value = first_nonzero(phase, linear_state(p, phase, a))
         if value < 0.0 and first < falls:
             falls, mode = first, float(p.targets[2 * piece + k])
             mirrored = p.mirrored[2 * piece + k]
@@ -231,7 +223,7 @@ def resolve_law_load_change(p, a):
             gap = 0.0 if mode == FLIGHT else a.gap
         elif first > 0 and value > 0.0 and mode == a.mode:
             order = first + SECOND_WATCHED * k
-    return HybridState(a.period, a.tau, a.x1, a.v1, gap, a.rate, mode, float(order), a.events, a.contact)
+    return at_once(a, a.v1, gap, a.rate, mode, float(order), a.contact)
 
 
 @jit_no_alloc
@@ -300,9 +292,7 @@ def follow(p, a):
             return z, s, after, ends, effort
         y = evaluate(p, phase, z, change)
         after = with_piece_impulse(p, piece, phase, z, later_state(p, a, change, y, a.mode, 0.0, a.contact), change)
-    x1, v1, gap, rate = y
-    after = HybridState(a.period, p.load[END], x1, v1, gap, rate, a.mode, after.order, 0.0, after.contact)
-    return z, change, after, GOES_ON, effort
+    return z, change, at_load_change(p, a, y, after.order, after.contact), GOES_ON, effort
 
 
 @jit_no_alloc

@@ -319,6 +319,16 @@ def set_up_stops(tables, rows, problem, touching, exact):
 
 
 @jit
+def fill_orbit(tables, rows, problem, sequence, unknowns, out, d, exact):
+    """Set up the tables for ``rows`` and fill ``out``, with nan if there is no such orbit; ``d``: as of find_orbit."""
+    kinds, first, periods = sequence
+    set_up_stops(tables, rows, problem, touches(kinds, first), exact)
+    begun = np.zeros(unknowns.shape[0])
+    if not are_within(unknowns, periods) or not find_orbit(tables[0], kinds, first, periods, unknowns, out, d, begun):
+        write_nan(out)
+
+
+@jit
 def evaluate_orbit(tables, problem, sequence, unknowns, out):
     """Evaluate the equations of an orbit and their Jacobian.
 
@@ -345,14 +355,7 @@ def evaluate_orbit(tables, problem, sequence, unknowns, out):
         state right after each event and its time in periods, last that at the end. ``section`` (p, 4): the states at
         whole periods. ``facts`` and ``section`` are left out where they have no rows.
     """
-    kinds, first, periods = sequence
-    n = unknowns.shape[0]
-    set_up_stops(tables, problem[0], problem, touches(kinds, first), True)
-    packed, d = tables[0], make_variation(n)
-    if not are_within(unknowns, periods) or not find_orbit(
-        packed, kinds, first, periods, unknowns, out, d, np.zeros(n)
-    ):
-        write_nan(out)
+    fill_orbit(tables, problem[0], problem, sequence, unknowns, out, make_variation(unknowns.shape[0]), True)
 
 
 @jit
@@ -362,15 +365,9 @@ def orbit_slope(tables, rows, problem, sequence, unknowns, residual, h):
     The other arguments are those of :func:`evaluate_orbit`, but for the tables: their transitions are not exact, since
     a difference errs more.
     """
-    kinds, first, periods = sequence
-    m = kinds.shape[0]
-    n = 4 + m
-    there = np.zeros(n), np.zeros((n, n)), np.zeros((0, FACTS)), np.zeros((m + 1, 5)), np.zeros((0, 4))
-    set_up_stops(tables, rows, problem, touches(kinds, first), False)
-    if not are_within(unknowns, periods) or not find_orbit(
-        tables[0], kinds, first, periods, unknowns, there, None, np.zeros(n)
-    ):
-        write_nan(there)
+    n = unknowns.shape[0]
+    there = np.zeros(n), np.zeros((n, n)), np.zeros((0, FACTS)), np.zeros((n - 3, 5)), np.zeros((0, 4))
+    fill_orbit(tables, rows, problem, sequence, unknowns, there, None, False)
     return (there[0] - residual) / h
 
 
@@ -384,5 +381,5 @@ def orbit_state_later(tables, problem, kind, y, turn, length):
     set_up_stops(tables, problem[0], problem, touching, True)
     p = unpack_system(tables[0][stop])
     y = from_first((y[0], y[1], y[2], y[3]), stop, p.play)
-    later = state_later(p, p.contact if touching else p.flight, y, turn, length * p.period)
+    later = state_later(p.contact if touching else p.flight, y, turn, length * p.period)
     return from_first(later, stop, p.play)

@@ -77,7 +77,7 @@ def flow(phase, z, length, d):
 
 
 @jit_no_alloc
-def state_later(p, phase, y, turn, length):
+def state_later(phase, y, turn, length):
     """(ξ₁, ξ₁′, g, g′) a length of time after y, which belongs to a time in excitation periods; without an event."""
     z = relative_state(phase, (y[0], y[1], y[2], y[3]), turn)
     return absolute(phase, flow(phase, z, length, None))

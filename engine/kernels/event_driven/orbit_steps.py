@@ -262,12 +262,6 @@ def margin_values(facts, instants, threshold, conditions):
 
 
 @jit
-def least_of_margins(facts, instants, threshold, conditions):
-    """The smallest of :func:`margin_values`; nan if one of them is."""
-    return margin_values(facts, instants, threshold, conditions).min()
-
-
-@jit
 def impact_that_may_stick(kinds, before, after, threshold, begin):
     """The first impact, from event ``begin`` on, that does not stick at either of two orbits for one reason each.
 

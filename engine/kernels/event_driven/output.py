@@ -8,13 +8,13 @@ from vibroscope.engine.kernels.event_driven.events import other_force
 from vibroscope.engine.kernels.event_driven.state import (
     COLLISION,
     SLOW_CONTACT,
-    HybridState,
     absolute,
     in_contact,
     later_state,
     linear_state,
     load_integral,
     time_of,
+    with_contact,
 )
 from vibroscope.engine.kernels.linear.tables import (
     CURVATURE,
@@ -104,6 +104,12 @@ def evaluate_again(p, phase, z, s, held):
     return absolute(phase, (x1, v1 / h, gap, rate / h)), i
 
 
+@jit_inlined
+def write_motion(p, row, y):
+    """Write a motion (ξ₁, ξ₁′, g, g′) as the user counts it."""
+    row[0], row[1], row[2], row[3] = displacements(p, y[0], y[1], y[2], y[3])
+
+
 @jit_no_alloc
 def write_rows(p, phase, a, z, s, window, buffers):
     """Write what :func:`write_output` is asked for."""
@@ -112,9 +118,7 @@ def write_rows(p, phase, a, z, s, window, buffers):
     while k - kept_from <= buffers.section.shape[0] and time_to_row(p, a, k) <= s:
         t = time_to_row(p, a, k)
         if t >= SLACK * p.period:
-            x1, v1, gap, rate = evaluate(p, phase, z, max(t, 0.0))
-            row = buffers.section[int(k - kept_from) - 1]
-            row[0], row[1], row[2], row[3] = displacements(p, x1, v1, gap, rate)
+            write_motion(p, buffers.section[int(k - kept_from) - 1], evaluate(p, phase, z, max(t, 0.0)))
         k += 1.0
     if buffers.samples.shape[0] == 0:
         return
@@ -128,7 +132,7 @@ def write_rows(p, phase, a, z, s, window, buffers):
         if t >= SLACK * p.period:
             (x1, v1, gap, rate), held = evaluate_again(p, phase, z, max(t, 0.0), held)
             row = buffers.samples[j]
-            row[0], row[1], row[2], row[3] = displacements(p, x1, v1, gap, rate)
+            write_motion(p, row, (x1, v1, gap, rate))
             row[4] = 0.0
             if in_contact(a):
                 row[4] = p.force_position * x1 + p.force_velocity * v1 + p.force_gap * gap + p.force_rate * rate
@@ -179,8 +183,7 @@ def gather_impulse(p, phase, a, begin, end, length):
     squeezed += phase.rows[4, INTEGRAL] * c
     squeezed += phase.rows[5, INTEGRAL] * s
     impulse = a.contact.impulse - p.force_gap * squeezed + p.force_rate * (end[2] - begin[2])
-    contact = with_impulse(a.contact, impulse)
-    return HybridState(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events, contact)
+    return with_contact(a, with_impulse(a.contact, impulse))
 
 
 @jit_inlined

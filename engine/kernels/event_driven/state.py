@@ -189,6 +189,24 @@ def later_state(p, a, s, y, mode, order, contact):
 
 
 @jit_inlined
+def at_once(a, v1, gap, rate, mode, order, contact):
+    """The hybrid state at the same instant and place after what changes at once."""
+    return HybridState(a.period, a.tau, a.x1, v1, gap, rate, mode, order, a.events, contact)
+
+
+@jit_inlined
+def with_contact(a, contact):
+    """The hybrid state with another open contact."""
+    return HybridState(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events, contact)
+
+
+@jit_inlined
+def at_load_change(p, a, y, order, contact):
+    """The hybrid state at the end of the segment of the load that a stands in, where the motion is y."""
+    return HybridState(a.period, p.load[END], y[0], y[1], y[2], y[3], a.mode, order, 0.0, contact)
+
+
+@jit_inlined
 def count_event(a):
     """The hybrid state with one more event in its period."""
     return HybridState(a.period, a.tau, a.x1, a.v1, a.gap, a.rate, a.mode, a.order, a.events + 1.0, a.contact)
