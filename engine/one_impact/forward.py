@@ -76,10 +76,10 @@ class MoreauJean:
     Examples
     --------
     >>> from vibroscope.engine import MoreauJean, impact
-    >>> found = impact(MoreauJean(0.5, time_step=1e-3, speed=2.0))
+    >>> found = impact(MoreauJean(0.5, time_step=1e-3))
     >>> [round(e, 6) for e in found.restitution]  # whatever the step
     [0.5, 0.5, 0.5]
-    >>> round(found.penetration / (2.0 * 1e-3), 6)  # of a step of flight
+    >>> round(found.penetration / 1e-3, 6)  # of a step of flight at the speed 1
     0.75
     """
 

@@ -1,9 +1,12 @@
 """Coexisting motions: found from many starts, the same ones each time, and each confirmed by a long run."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, System, attractors, simulate
-from vibroscope.engine.motions.search import apart, random_states
+from vibroscope.engine.motions.description import Kind
+from vibroscope.engine.motions.search import KnownMotion, apart, random_states
 
 from tests.share import every
 
@@ -95,3 +98,12 @@ def test_a_cycle_that_the_step_scatters_from_one_start_and_locks_from_another_is
     """Of three motions that were listed, two were one: both tend to the same cycle without a time step."""
     found = attractors(System(), 3.2, Newmark(2500, 8, 4000), starts=24)
     assert sorted(each.motion.period for each in found) == [2, 6]
+
+
+def test_a_motion_tends_to_another_where_both_have_the_same_limit():
+    cycle = np.array([[0.1, 0.2, 0.3, 0.4], [0.5, 0.6, 0.7, 0.8]])
+    known = KnownMotion(Kind.PERIODIC, 2, cycle, limit=cycle)
+    assert known.tends_to(replace(known, limit=cycle[::-1]))
+    for other in (replace(known, limit=None), replace(known, limit=-cycle), replace(known, period=1)):
+        assert not known.tends_to(other)
+        assert not other.tends_to(known)

@@ -27,6 +27,22 @@ from tests.share import every
 # ------------------------------------------------------------------------------------------------------ alignment
 
 
+def test_without_a_known_mean_no_residual_has_one():
+    made = synthetic_measurement(System(), 1.08, noise=0.05, periods=4)
+    unknown, moved = replace(made, mean_known=False), made.displacement + np.array([[0.3], [-2.0]])
+    assert unknown.residual(moved) == pytest.approx(np.zeros(moved.shape), abs=1e-12)
+    assert made.residual(moved) == pytest.approx(made.displacement - moved)
+
+
+def test_every_sample_has_a_displacement():
+    time = np.arange(5.0)
+    for shape in ((2, 4), (2, 6), (3, 5), (5,)):
+        with pytest.raises(ValueError, match=re.escape("displacement has the shape")):
+            Measurement(time, np.zeros(shape), None, "absolute")
+    with pytest.raises(ValueError, match="contact has the shape"):
+        Measurement(time, np.zeros((2, 5)), np.zeros(4), "absolute")
+
+
 @pytest.mark.parametrize(
     ("eta", "frame"), every((eta, frame) for frame in ("relative", "absolute") for eta in (1.08, 2.76, 3.25))
 )

@@ -1,6 +1,7 @@
 """Types of motions and the numbers of a cycle: the paper's four motions, and one of each type."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -105,6 +106,11 @@ def test_the_impulse_of_permanent_contact_is_the_integral_of_its_force():
     pressed = np.trapezoid(force, time) / 10
     by_impacts = run.impacts.impulse.sum() / run.keep
     assert motion(run).impulse == pytest.approx(pressed + by_impacts, rel=2e-4)
+
+
+def test_a_second_stop_out_of_reach_leaves_the_impulse_of_permanent_contact():
+    far = replace(SYSTEM, clearance2=100.0)
+    assert motion(far, 1.08, Reference()).impulse == pytest.approx(motion(SYSTEM, 1.08, Reference()).impulse, rel=1e-3)
 
 
 def test_the_energy_lost_is_that_of_the_impact_and_the_dampers():

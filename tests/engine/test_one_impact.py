@@ -462,6 +462,7 @@ def test_beyond_the_bound_of_theta_a_weight_gains_energy():
         ({"restitution": 1.2}, r"restitution = 1\.2"),
         ({"time_step": 0.0}, "time_step = 0"),
         ({"force": 1e9}, "take less than"),
+        ({"force": 1.0, "time_step": M * V}, "take less than"),
     ],
 )
 def test_bad_numbers_of_a_nonsmooth_step_are_named(numbers, message):

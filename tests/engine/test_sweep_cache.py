@@ -119,6 +119,8 @@ def test_the_cache_drops_what_was_not_used_for_the_longest_time(tmp_path, monkey
     size = sum(path.stat().st_size for path in root.rglob("*")) // 3
     cache.drop_oldest(root, most=int(2.5 * size))
     assert {path.name for path in root.iterdir()} == {study(0.3).key, study(0.5).key}
+    cache.drop_oldest(root, spare=root / study(0.5).key, most=0)
+    assert [path.name for path in root.iterdir()] == [study(0.5).key]
 
 
 SWEEP = """

@@ -14,7 +14,10 @@ from vibroscope.engine import (
     simulate,
     verdict,
 )
+from vibroscope.engine.divergence.conditions import contact_conditions
+from vibroscope.engine.divergence.encounters import delivered_restitution
 from vibroscope.engine.divergence.error import Target
+from vibroscope.engine.divergence.sentences import detail_sentences
 
 from tests.answers import compared, verdict_of
 from tests.share import every
@@ -109,6 +112,16 @@ def test_contacts_that_do_not_rebound_as_asked_are_named_where_motions_agree():
     assert not found.contact.rebounds
 
 
+def test_a_damper_is_said_to_give_the_restitution_only_where_it_does():
+    """Where other forces act during a contact, that of a contact alone does not."""
+    for stiffness, damping, gives in ((12000, 4, True), (300, 1, False)):
+        comparison = compared(SYSTEM, 2.76, Newmark(stiffness, damping, 2000))
+        details = " ".join(map(str, detail_sentences(comparison, None, contact_conditions(comparison), None)))
+        delivered = delivered_restitution(simulate(SYSTEM, 2.76, Newmark(stiffness, equal(stiffness), 2000)))
+        assert (abs(delivered - SYSTEM.restitution) < 0.05 * SYSTEM.restitution) == gives
+        assert ("alone gives" in details) == gives
+
+
 def test_agreement_is_graded():
     fine = verdict_of(SYSTEM, 2.76, FINE)
     assert (fine.agree, fine.headline.startswith("They agree: ")) == ("yes", True)
@@ -117,8 +130,9 @@ def test_agreement_is_graded():
     assert (far.agree, far.headline.startswith("They disagree: ")) == ("no", True)
 
 
-def test_a_run_that_diverged_gets_the_number_of_steps_that_suffices():
-    method = Newmark(60000, 1, 100)
+@pytest.mark.parametrize("steps", [100, 10])
+def test_a_run_that_diverged_gets_the_number_of_steps_that_suffices(steps):
+    method = Newmark(60000, 1, steps)
     found = verdict_of(SYSTEM, 2.76, method)
     assert (found.agree, found.blame) == ("unknown", ("steps",))
     assert simulate(SYSTEM, 2.76, Newmark(60000, 1, found.change["steps"])).ok
@@ -143,6 +157,15 @@ def test_chaotic_motions_are_judged_by_statistics():
     assert stiff.statistics.total < 0.5 * compared(SYSTEM, 1.7, Newmark(12000, 18, 2000)).statistics.total
 
 
+@pytest.mark.release  # ten seconds
+def test_sections_that_differ_by_no_more_than_chance_agree():
+    asked = SYSTEM, 1.7, Newmark(1e7, equal(1e7), 400, located=True)
+    difference, found = compared(*asked).difference, verdict_of(*asked)
+    assert difference.total <= difference.chance
+    assert (found.agree, found.blame) == ("yes", ())
+    assert "no more than chance explains" in found.headline
+
+
 def test_doubled_motions_are_compared_pointwise():
     comparison = compared(SYSTEM, 3.25, Newmark(12000, 18, 8000))
     found = verdict_of(SYSTEM, 3.25, Newmark(12000, 18, 8000))
@@ -158,6 +181,9 @@ def test_agreement_with_another_motion_of_the_reference_is_not_an_error():
     assert "different but valid" in found.headline
     assert (found.agree, found.blame) == ("partly", ())
     assert found.left < 0.1
+    assert "From rest they are" in found.headline
+    beside = verdict_of(SYSTEM, 3.2, Newmark(2500, 8, 2000), initial=(0.0, 1e-9, 0.0, 0.0))
+    assert "From the same start they are" in beside.headline
 
 
 @pytest.mark.parametrize("method", [Newmark(100, 50, 2000), Newmark(60000, 1, 100)])
