@@ -181,6 +181,15 @@ def test_statuses_of_the_compiled_code():
     assert {name: STATUSES[code].name for name, code in codes.items()} == {name: name for name in codes}
 
 
+def test_the_events_of_a_cell_that_diverges_are_not_those_of_the_next():
+    cells = Cells(System(), [2.76] * 2, Newmark(1, 1, 1000), stiffness=[1e7, 12000], damping=[1, 18])
+    found = run_cells(cells, transient=0, sample=60, threads=1)
+    assert found.ok.tolist() == [False, True]
+    alone = run_cells(cells.at(np.array([1])), transient=0, sample=60)
+    for field in dataclasses.fields(alone):
+        np.testing.assert_array_equal(getattr(alone, field.name)[0], getattr(found, field.name)[1], err_msg=field.name)
+
+
 MIXED = {
     "coarse steps beside fine ones": ([2.76] * 3, {"steps": [4000, 20, 2000]}),
     "one that diverges": (

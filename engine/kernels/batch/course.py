@@ -132,14 +132,15 @@ def log_open_contact(work, plan, grid, stop, log, record):
 def log_periods(work, plan, grid, log, record, signals):
     """Integrate through the periods of a record and log them; returns the status."""
     (flat, sizes), origin = record
-    rows = sizes[0]
+    rows, buffers = sizes[0], unpack_buffers(flat, sizes)
     stop = origin + rows
     statistics.clear(log, rows)
+    buffers.used[0] = buffers.used[1] = 0  # a cell before may have ended early
     status = integrate_to(work, plan, grid, stop, log, record, signals)
     if status == OK:
         log_events(grid, log, record)
         log_open_contact(work, plan, grid, stop, log, record)
-        statistics.write_section(log, rows, unpack_buffers(flat, sizes).section)
+        statistics.write_section(log, rows, buffers.section)
     return status
 
 
