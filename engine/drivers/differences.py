@@ -81,9 +81,7 @@ def differences(
     def sides(phases: np.ndarray) -> list[kernel.Sampled]:
         rooms = np.empty((2, periods, len(phases), 2))
         spaces = (make_work_space(plan.kind, periods, cells.parameters.shape[1], phases) for cells, plan in batches)
-        return [
-            kernel.Sampled(*batch, *rest) for batch, *rest in zip(batches, spaces, recurs, rooms, strict=True)
-        ]
+        return [kernel.Sampled(*batch, *rest) for batch, *rest in zip(batches, spaces, recurs, rooms, strict=True)]
 
     def in_kernel() -> Worker:
         made = {}  # for the grid of the last cells

@@ -124,7 +124,7 @@ def test_a_motion_that_a_step_locks_into_a_long_cycle_stops_early():
     stopped = early.cycle > 0
     np.testing.assert_array_equal(early.periods < 960, stopped)
     assert (early.cycle[stopped] % 12 == 0).all()
-    within, beyond = (stopped & chosen for chosen in ((12 < early.cycle) & (early.cycle <= 60), early.cycle > 60))
+    within, beyond = (stopped & chosen for chosen in ((early.cycle > 12) & (early.cycle <= 60), early.cycle > 60))
     assert within.any()
     assert beyond.any()
     scale = np.abs(full.section).max()

@@ -14,8 +14,8 @@ periods that matter. A time step locks many a motion into a longer cycle, so tha
 those at the LAST ends before, and must recur after as many pieces twice.
 
 A difference within RECURRENCE does no harm: a periodic motion that is reached is stable, and the difference shrinks. On
-an unstable orbit, or in chaos, it would have to be smaller than RECURRENCE at two ends in succession, which happens only
-to a motion that is on the cycle to rounding.
+an unstable orbit, or in chaos, it would have to be smaller than RECURRENCE at two ends in succession, which happens
+only to a motion that is on the cycle to rounding.
 """
 
 import math
