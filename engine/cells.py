@@ -203,6 +203,9 @@ class CellResults:
         ξ₁, ξ₁′, ξ₂, ξ₂′ at the end, from which a neighbouring cell can go on.
     periods : (n,) ndarray of int64
         Periods that were run; fewer than asked for where the motion was found to be periodic before.
+    cycle : (n,) ndarray of int64
+        Periods after which such a motion was seen to repeat itself to rounding, a multiple of those of its period; 0
+        where it was not.
     steps_without_solution, steps_with_two, steps_taken : (n,) ndarray of int64
         As in :class:`.result.Response`, and all steps of the run; zeros for cells that a kernel runs.
     """
@@ -221,6 +224,7 @@ class CellResults:
     impact_phase: np.ndarray
     end: np.ndarray
     periods: np.ndarray
+    cycle: np.ndarray
     steps_without_solution: np.ndarray
     steps_with_two: np.ndarray
     steps_taken: np.ndarray
@@ -344,7 +348,10 @@ def _single_runs(
                 )
             except Cancelled:
                 return False
-            if not response.ok or driver.section_recurs(response.section, task.recurrence):
+            if not response.ok:
+                break
+            if length < lengths[-1] and driver.section_recurs(response.section, task.recurrence):
+                results.cycle[i] = driver.CYCLE
                 break
             start, done = response.checkpoint, response.checkpoint.periods
         write_response(response, task, results, i)
@@ -383,6 +390,7 @@ def cell_results(cells: Cells, results, solutions: np.ndarray) -> CellResults:
         longest_contact_steps=np.round(share * n, 6),
         end=results.end,
         periods=results.periods,
+        cycle=results.cycle,
         steps_without_solution=solutions[:, 0],
         steps_with_two=solutions[:, 1],
         steps_taken=solutions[:, 2],

@@ -55,13 +55,13 @@ from vibroscope.engine import (
     basin_difference,
     is_compiled,
     spaced,
-    sweep,
 )
-from vibroscope.engine.sweeps import AXES, KIND_FLAGS, Study, check_store
+from vibroscope.engine.sweeps import AXES, KIND_FLAGS, Partial, RunOptions, Study, check_store, grow
 
 
-def summary(found) -> tuple[dict, list[str]]:
+def summary(whole: Partial) -> tuple[dict, list[str]]:
     """The motions and the boundary, as numbers and as lines of text."""
+    found = whole.dataset()
     motions = _motions_of(found)
     names = ("boundary_dimension", "boundary_dimension_error")
     numbers = {name: float(found[name]) for name in names}
@@ -111,7 +111,7 @@ def _study(
     text: str,
     make: Callable[..., Study],
     add: Callable[[OneLineParser], None],
-    concluded: Callable[..., tuple[dict, list[str]]] = lambda found: ({}, []),
+    concluded: Callable[[Partial], tuple[dict, list[str]]] = lambda whole: ({}, []),
     **defaults: object,
 ) -> Command:
     """A command that runs a study.
@@ -309,7 +309,7 @@ def _run(options: argparse.Namespace, make: Callable[..., Study], concluded: Cal
     with watch_interrupt() as cancelled, bar or contextlib.nullcontext():
         try:
             study = make(options, transient=options.transient, sample=options.sample)
-            found = sweep(study, **how, progress=bar, cancelled=cancelled)
+            *_, whole = grow(study, RunOptions(**how, progress=bar, cancelled=cancelled))
         except Cancelled:
             print(
                 f"\nvibroscope sweep: stopped. What is complete is kept in {options.out}; "
@@ -317,10 +317,11 @@ def _run(options: argparse.Namespace, make: Callable[..., Study], concluded: Cal
                 file=sys.stderr,
             )
             return 130
-    counts = {name: found.attrs[name] for name in ("computed", "reused", "failed")}
-    cells = {"seconds": found.attrs["seconds"], "cells": counts["computed"] + counts["reused"]}
+    # not as a labelled Dataset: what reads one takes half a second to import
+    counts = {name: getattr(whole.progress, name) for name in ("computed", "reused", "failed")}
+    cells = {"seconds": whole.progress.seconds, "cells": whole.progress.done}
     numbers = cells | counts | {"path": options.out}
-    more, lines = concluded(found)
+    more, lines = concluded(whole)
     return Report([*lines, _CELLS.format_map(numbers), _STORED.format_map(numbers)], numbers | more)
 
 

@@ -22,6 +22,7 @@ from vibroscope.engine.sweeps import (
     CellKind,
     EtaStudy,
     RunOptions,
+    adaptive_batches,
     empty_values,
     grow,
     grow_picture,
@@ -89,7 +90,6 @@ COUNT = 480  # values of the swept number, unless another count is typed
 TRANSIENT, SAMPLE = 1000, 48
 # What one update sends is bounded: so many points are drawn at most, and so many of what it is compared with.
 MOST_POINTS, MOST_BESIDE = 3400, 1000
-JUDGED_AT_ONCE = 128  # cells; each such part is a partial result
 _EQUAL = 1e-5  # points nearer than this share of the picture's height are one
 
 
@@ -297,8 +297,7 @@ def _judged(study: EtaStudy, result: PartialDiagram, options: RunOptions) -> Ite
     cells = result.open_cells
     judged = result.judged or unknown_kinds(study.cells)
     how = {"threads": options.threads, "cancelled": options.cancelled}
-    for begin in range(0, len(cells), JUDGED_AT_ONCE):
-        chosen = cells[begin : begin + JUDGED_AT_ONCE]
+    for chosen in adaptive_batches(cells):
         judged = {name: array.copy() for name, array in judged.items()}
         for name, array in judge_cells(study, result.values, chosen, **how).items():
             judged[name][chosen] = array

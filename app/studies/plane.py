@@ -22,6 +22,7 @@ from vibroscope.engine.sweeps import (
     CellKind,
     PlaneStudy,
     RunOptions,
+    adaptive_batches,
     grow_picture,
     judge_cells,
     nearest_known,
@@ -33,7 +34,6 @@ TRANSIENT, SAMPLE = 450, 50
 SIDES = {"penalty": "", "exact": "exact_"}  # and how the names of their variables begin
 _SHOWN = ("status", "period", "near_period", "impacts_per_period", "longest_contact")
 _WITHOUT_SOLUTION = "steps_without_solution"
-JUDGED_AT_ONCE = 256  # cells; each such part is a partial result
 _DIVERGED = STATUSES.index(Status.DIVERGED)
 
 
@@ -236,8 +236,7 @@ def _judge(result: PartialPlane, options: RunOptions) -> Iterator[PartialPlane]:
     study, cells = result.question.study(), result.open_cells
     judged = result.judged or unknown_kinds(result.known.size)
     how = {"threads": options.threads, "cancelled": options.cancelled}
-    for begin in range(0, len(cells), JUDGED_AT_ONCE):
-        some = cells[begin : begin + JUDGED_AT_ONCE]
+    for some in adaptive_batches(cells):
         chosen = np.ravel_multi_index(np.unravel_index(some, result.known.shape)[::-1], study.shape)
         judged = {name: array.copy() for name, array in judged.items()}
         for name, array in judge_cells(study, result.values, chosen, **how).items():

@@ -104,8 +104,8 @@ class Remaining:
                 signals[slot] += 1
 
         if new:
-            threads = min(self._threads, len(new))
-            share_out(np.arange(1, len(new) + 1), lambda: run, threads=threads, cancelled=self._cancelled, grain=1)
+            how = {"threads": self._threads, "cancelled": self._cancelled}
+            share_out(np.arange(1, len(new) + 1), lambda: run, **how, grain=1)
         self._known |= {(method, plan): value for method, value in zip(new, left.tolist(), strict=True)}
 
     def _left(self, method: Penalty, plan: _Plan) -> float:

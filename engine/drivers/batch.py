@@ -20,7 +20,7 @@ from vibroscope.engine.drivers.threads import Worker, share_out
 from vibroscope.engine.kernels import section_statistics
 from vibroscope.engine.kernels.accelerated.step_map import SKIPPING as SKIPPING_LAYOUT
 from vibroscope.engine.kernels.batch import run as kernel
-from vibroscope.engine.kernels.batch.course import CYCLE, EXACT, NO_TRAP, RECURRENCE, REFERENCE, SKIPPING
+from vibroscope.engine.kernels.batch.course import CYCLE, EXACT, LAST, NO_TRAP, RECURRENCE, REFERENCE, SKIPPING
 from vibroscope.engine.kernels.batch.run import BatchResults, Traps
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.compile.record import make_buffers
@@ -98,6 +98,7 @@ def empty_results(n: int, task: Task) -> BatchResults:
         end=np.full((n, 4), np.nan),
         periods=np.zeros(n, dtype=np.int64),
         known=np.full(n, NO_TRAP),
+        cycle=np.zeros(n, dtype=np.int64),
     )
 
 
@@ -226,23 +227,24 @@ def batch_of(
 
 
 def make_work_space(kind: int, sample: int, stops: int, phases: np.ndarray | None = None) -> kernel.WorkSpace:
-    """The work space of one thread; ``phases``: the instants of a period to sample, as shares of T."""
+    """The work space of one thread; ``phases``: the instants of a period of the sample, as shares of T."""
     layout, state = (SKIPPING_LAYOUT, STEP_STATE) if kind == SKIPPING else (SYSTEM, EVENT_STATE)
     packed, keys = no_tables(layout, stops)
     instants = np.zeros(1) if phases is None else phases
     nothing, cycle, kept = (
-        make_buffers(rows, instants, 0 if phases is None else rows, CAPACITY if rows else 0)[:2]
-        for rows in (0, CYCLE, sample)
+        make_buffers(rows, instants, sampled, CAPACITY if rows else 0)[:2]
+        for rows, sampled in ((0, 0), (CYCLE, 0), (sample, 0 if phases is None else sample))
     )
     return kernel.WorkSpace(
         packed=packed,
         keys=keys,
         state=np.zeros(state.size + 1),
-        before=np.zeros(state.size + 1),
+        ends=np.zeros((LAST, state.size + 1)),
+        positions=np.zeros(LAST),
         nothing=nothing,
         cycle=cycle,
         sample=kept,
-        cycle_log=np.zeros((CYCLE, section_statistics.COLUMNS)),
+        cycle_log=np.zeros((max(CYCLE, sample), section_statistics.COLUMNS)),
         log=np.zeros((sample, section_statistics.COLUMNS)),
     )
 

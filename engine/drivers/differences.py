@@ -7,11 +7,10 @@ import numpy as np
 from vibroscope.engine.drivers.batch import ONE_BY_ONE, Task, are_compiled, batch_of, make_work_space, share_cells
 from vibroscope.engine.drivers.threads import Worker
 from vibroscope.engine.kernels.batch import differences as kernel
-from vibroscope.engine.kernels.batch.course import CYCLE
 from vibroscope.engine.kernels.batch.differences import ALONE, BESIDE, DIFFERENCES, OWN_LIMIT, Cycles
 from vibroscope.engine.methods import Method
 
-__all__ = ["ALONE", "BESIDE", "OWN_LIMIT", "Cycles", "Grid", "Motions", "Sampling", "differences", "shortest_cycle"]
+__all__ = ["ALONE", "BESIDE", "OWN_LIMIT", "Cycles", "Grid", "Motions", "Sampling", "differences"]
 
 
 class Motions(NamedTuple):
@@ -23,9 +22,9 @@ class Motions(NamedTuple):
     rows : (n, s, len(Parameters)) ndarray
     initial : (n, 4) ndarray
         ξ₁, ξ₁′, ξ₂, ξ₂′ where the samples begin.
-    recurs : (n,) ndarray of int64
-        Periods after which it repeats itself, as :func:`shortest_cycle` gives them, so that no more of them are run; 0
-        if it does not.
+    period, cycle : (n,) ndarray of int64
+        Periods after which its section and its state repeat themselves, so that no more of them are run; 0 if they do
+        not.
     sample : callable
         ``sample(i, signals)`` samples a cell that the kernel does not run: ξ₁ and ξ₂, (periods, m, 2); None if it ends
         early or was cancelled.
@@ -34,13 +33,9 @@ class Motions(NamedTuple):
     method: Method
     rows: np.ndarray
     initial: np.ndarray
-    recurs: np.ndarray
+    period: np.ndarray
+    cycle: np.ndarray
     sample: Callable[[int, np.ndarray], np.ndarray | None]
-
-
-def shortest_cycle(periods: np.ndarray) -> np.ndarray:
-    """Periods after which motions that return after CYCLE periods may do so, from those of their sections, (n,)."""
-    return np.where((periods > 0) & (CYCLE % np.maximum(periods, 1) == 0), periods, CYCLE).astype(np.int64)
 
 
 class Grid(NamedTuple):
@@ -81,15 +76,12 @@ def differences(
     grids, grid, periods = sampling
     task = Task(0, periods, (), recurrence=0.0)
     batches = [batch_of(motions.method, motions.rows, motions.initial, task) for motions in (penalty, limit)]
+    recurs = [np.column_stack([motions.period, motions.cycle]).astype(np.int64) for motions in (penalty, limit)]
 
     def sides(phases: np.ndarray) -> list[kernel.Sampled]:
         rooms = np.empty((2, periods, len(phases), 2))
-        return [
-            kernel.Sampled(
-                cells, plan, make_work_space(plan.kind, periods, motions.rows.shape[1], phases), motions.recurs, room
-            )
-            for (cells, plan), motions, room in zip(batches, (penalty, limit), rooms, strict=True)
-        ]
+        spaces = (make_work_space(plan.kind, periods, cells.parameters.shape[1], phases) for cells, plan in batches)
+        return [kernel.Sampled(*batch, *rest) for batch, *rest in zip(batches, spaces, recurs, rooms, strict=True)]
 
     def in_kernel() -> Worker:
         made = {}  # for the grid of the last cells

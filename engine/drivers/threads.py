@@ -20,8 +20,9 @@ Worker = Callable[[tuple[int, int], np.ndarray, int], None]
 
 
 def thread_count(threads: int | None) -> int:
-    """Number of threads to use, by default one for each core; raises ValueError if it is out of range."""
-    return whole("threads", os.cpu_count() or 1 if threads is None else threads, 1, MOST_THREADS, "give one a core")
+    """Number of threads to use, one for each core or fewer; raises ValueError if it is out of range."""
+    cores = os.cpu_count() or 1
+    return min(whole("threads", cores if threads is None else threads, 1, MOST_THREADS, "give one a core"), cores)
 
 
 def share_out(
@@ -44,6 +45,7 @@ def share_out(
         one after the last; an array whose first entry, once it is set, cancels the work; and the index of the entry
         that it is to raise by 1 for each place that it has done.
     threads : int
+        At most; no more are begun than there are parts of the order.
     progress, cancelled
         As in :func:`engine.run_cells`. While ``cancelled`` takes its time, the threads end what they have and take no
         more.
@@ -57,8 +59,10 @@ def share_out(
     """
     if cancelled is not None and cancelled():
         raise Cancelled
+    parts = list(_grains(ends, grain))
+    threads = max(1, min(threads, len(parts)))
     signals = np.zeros(1 + threads, dtype=np.int64)
-    grains, lock = _grains(ends, grain), threading.Lock()
+    grains, lock = iter(parts), threading.Lock()
 
     def work(slot: int) -> None:
         run = worker()

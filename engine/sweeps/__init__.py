@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from vibroscope.engine.model import COORDINATES
 from vibroscope.engine.sweeps.basin_motions import AXES, StartPlane
 from vibroscope.engine.sweeps.basin_study import BasinDifference, BasinStudy, basin_difference, difference_of
-from vibroscope.engine.sweeps.batches import COARSEST, Progress, empty_values, nearest_known
+from vibroscope.engine.sweeps.batches import COARSEST, Progress, adaptive_batches, empty_values, nearest_known
 from vibroscope.engine.sweeps.cache import cached_dataset, grow_cached, grow_picture
 from vibroscope.engine.sweeps.codes import KIND_FLAGS, MISSING
 from vibroscope.engine.sweeps.digest import engine_digest
@@ -55,6 +55,7 @@ __all__ = [
     "StartPlane",
     "StepStudy",
     "Study",
+    "adaptive_batches",
     "basin_difference",
     "check_store",
     "difference_of",

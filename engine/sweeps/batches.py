@@ -244,7 +244,7 @@ def nearest_known(known: np.ndarray) -> np.ndarray:
 
 
 def adaptive_batches(order: np.ndarray) -> Iterator[np.ndarray]:
-    """The order in pieces, each as long as the time that the one before took suggests."""
+    """The order in pieces that take some tenths of a second, each as long as the one before it suggests."""
     begin, size = 0, FIRST_CELLS
     while begin < len(order):
         started = time.monotonic()

@@ -32,7 +32,6 @@ from vibroscope.engine.drivers.differences import (
     Motions,
     Sampling,
     differences,
-    shortest_cycle,
 )
 from vibroscope.engine.drivers.threads import thread_count
 from vibroscope.engine.methods import Reference
@@ -101,7 +100,6 @@ class ReferenceMotion:
         found: CellResults,
         exact: CellResults | None,
         *,
-        periods: int,
         threads: int | None = None,
         progress: Callable[[int], None] | None = None,
         cancelled: Callable[[], bool] | None = None,
@@ -116,8 +114,6 @@ class ReferenceMotion:
             Of these cells.
         exact : CellResults or None
             Of the same by the exact penalty method, which may be ``found`` itself; None: only the error, not its parts.
-        periods : int
-            That the cells were asked to run; those that ran fewer repeat themselves.
 
         Raises
         ------
@@ -144,8 +140,9 @@ class ReferenceMotion:
                 return _displacements(start, record, lambda: signals[0] != 0)
 
             rows = cells.parameters()[chosen]
-            recurs = np.where(found.periods[chosen] < periods, shortest_cycle(found.period[chosen]), 0)
-            return Motions(cells.method, rows, found.section[chosen, 0], recurs, sample)
+            return Motions(
+                cells.method, rows, found.section[chosen, 0], found.period[chosen], found.cycle[chosen], sample
+            )
 
         apart = differences(
             motions_of(cells, found),

@@ -119,9 +119,7 @@ class PlaneStudy(Study):
             exact = self.run(without_step, **common, progress=passes.next())
             values |= {f"exact_{name}": column for name, column in self._described(exact).items()}
         if "error" in names:
-            errors = partial(
-                reference_motion(self.system, self.eta).errors, **common, periods=self.transient + self.sample
-            )
+            errors = partial(reference_motion(self.system, self.eta).errors, **common)
             found_errors = errors(cells, found, exact if split else None, progress=passes.next())
             values |= dict(zip(vocabulary.ERRORS, found_errors, strict=True))
             if "exact_error" in names:

@@ -165,7 +165,7 @@ class StepStudy(Study):
         for done, method in enumerate(self.schemes.values(), start=1):
             cells = replace(self.cells_at(points), method=method)
             found = self.run(cells, **common)
-            errors = self._reference.errors(cells, found, exact, periods=self.transient + self.sample, **common)
+            errors = self._reference.errors(cells, found, exact, **common)
             values = vars(found) | dict(zip(vocabulary.ERRORS, errors, strict=True))
             values |= {f"{name}_section": found.section[:, :, COORDINATES.index(name)] for name in self.shown}
             columns.append(values | phase_plots(cells, found))

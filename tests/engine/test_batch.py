@@ -116,6 +116,24 @@ def test_early_stop_with_a_sample_shorter_than_a_cycle(sample):
         np.testing.assert_allclose(getattr(early, number), getattr(full, number), rtol=0, atol=1e-9, err_msg=number)
 
 
+def test_a_motion_that_a_step_locks_into_a_long_cycle_stops_early():
+    cells = plane(14, Newmark(1, 1, 2000))
+    full, early = (run_cells(cells, transient=900, sample=60, **how) for how in ({"recurrence": 0}, {}))
+    assert (full.cycle == 0).all()
+    assert (full.periods == 960).all()
+    stopped = early.cycle > 0
+    np.testing.assert_array_equal(early.periods < 960, stopped)
+    assert (early.cycle[stopped] % 12 == 0).all()
+    within, beyond = (stopped & chosen for chosen in ((early.cycle > 12) & (early.cycle <= 60), early.cycle > 60))
+    assert within.any()
+    assert beyond.any()
+    scale = np.abs(full.section).max()
+    np.testing.assert_allclose(early.section, full.section, rtol=0, atol=1e-10 * scale)
+    for number in NUMBERS:
+        np.testing.assert_allclose(getattr(early, number), getattr(full, number), rtol=0, atol=1e-9, err_msg=number)
+    np.testing.assert_array_equal(early.section[~stopped], full.section[~stopped])
+
+
 def test_some_of_the_cells_with_other_numbers():
     systems = [System(d1=d1) for d1 in (0.01, 0.02, 0.03)]
     cells = Cells(systems, [1.0, 2.0, 3.0], Newmark(1, 1, 50), stiffness=[10, 20, 30], chain=[0, 0, 0])
@@ -179,6 +197,15 @@ def test_after_a_cell_that_diverges_a_chain_starts_anew():
 def test_statuses_of_the_compiled_code():
     codes = {name: getattr(status, name) for name in Status.__members__}
     assert {name: STATUSES[code].name for name, code in codes.items()} == {name: name for name in codes}
+
+
+def test_the_events_of_a_cell_that_diverges_are_not_those_of_the_next():
+    cells = Cells(System(), [2.76] * 2, Newmark(1, 1, 1000), stiffness=[1e7, 12000], damping=[1, 18])
+    found = run_cells(cells, transient=0, sample=60, threads=1)
+    assert found.ok.tolist() == [False, True]
+    alone = run_cells(cells.at(np.array([1])), transient=0, sample=60)
+    for field in dataclasses.fields(alone):
+        np.testing.assert_array_equal(getattr(alone, field.name)[0], getattr(found, field.name)[1], err_msg=field.name)
 
 
 MIXED = {

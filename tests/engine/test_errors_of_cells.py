@@ -64,8 +64,8 @@ def test_errors_of_cells_are_those_of_their_samples(eta, method):
     found = run_cells(cells, **how)
     is_exact = isinstance(method, ExactPenalty)
     exact = found if is_exact else run_cells(replace(cells, method=method.limit), **how)
-    errors = reference.errors(cells, found, exact, periods=TRANSIENT + SAMPLE)
-    alone = reference.errors(cells, found, None, periods=TRANSIENT + SAMPLE)
+    errors = reference.errors(cells, found, exact)
+    alone = reference.errors(cells, found, None)
     assert np.isfinite(errors[0]).all()
     assert np.isfinite(errors[1:]).any()
     np.testing.assert_array_equal(alone[0], errors[0])
@@ -79,8 +79,8 @@ def test_errors_of_cells_are_those_of_their_samples(eta, method):
 def test_a_cell_that_ended_early_has_no_error_and_does_not_change_the_others():
     cells = Cells(SYSTEM, [2.76] * 3, Newmark(1, 1, 2000), **CONTACTS)
     found = run_cells(cells, transient=TRANSIENT, sample=SAMPLE)
-    whole = reference_motion(SYSTEM, 2.76).errors(cells, found, None, periods=TRANSIENT + SAMPLE)
+    whole = reference_motion(SYSTEM, 2.76).errors(cells, found, None)
     found.status[1] = 1
-    errors = reference_motion(SYSTEM, 2.76).errors(cells, found, None, periods=TRANSIENT + SAMPLE)
+    errors = reference_motion(SYSTEM, 2.76).errors(cells, found, None)
     assert np.isnan(errors[:, 1]).all()
     np.testing.assert_array_equal(errors[:, [0, 2]], whole[:, [0, 2]])

@@ -8,7 +8,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.kernels.batch.course import CYCLE, NO_ORIGIN, RECURRENCE, close, integrate_to
+from vibroscope.engine.kernels.batch.course import NO_ORIGIN, RECURRENCE, close, integrate_to
 from vibroscope.engine.kernels.batch.run import BatchCells, BatchPlan, WorkSpace, prepare
 from vibroscope.engine.kernels.compile.options import jit, jit_no_alloc
 from vibroscope.engine.kernels.compile.record import unpack_buffers
@@ -19,12 +19,12 @@ TOTAL, TIME_STEP, REGULARISATION, DIFFERENCES = range(4)
 
 
 class Sampled(NamedTuple):
-    """A motion of each cell; the work space has buffers with samples, for a cycle and for ``plan.sample`` periods."""
+    """A motion of each cell; the work space has buffers with samples for ``plan.sample`` periods."""
 
     cells: BatchCells
     plan: BatchPlan
     work: WorkSpace
-    recurs: np.ndarray  # (n,) int64 periods after which the motion may repeat itself, a part of CYCLE; 0: it does not
+    recurs: np.ndarray  # (n, 2) int64 periods after which its section and its state repeat themselves; 0: they do not
     room: np.ndarray  # (periods, m, 2) work space for ξ₁ and ξ₂ of a cell
 
 
@@ -42,16 +42,16 @@ def sample_cell(motion, i, signals):
     Returns the status, and the periods after which what is written repeats itself: all of them, if it does not.
     """
     work, plan, out, start = motion.work, motion.plan, motion.room, motion.cells.initial[i]
-    periods = out.shape[0]
     grid = prepare(work, motion.cells, plan, i, start)
-    repeats = motion.recurs[i] > 0 and periods > CYCLE
-    packed, distinct = (work.cycle, motion.recurs[i]) if repeats else (work.sample, periods)
-    record = packed, NO_ORIGIN
+    period, cycle = motion.recurs[i]
+    shortest = period if 0 < period <= cycle and cycle % period == 0 else cycle
+    distinct = shortest if 0 < shortest < out.shape[0] else out.shape[0]
+    record = work.sample, NO_ORIGIN
     status = integrate_to(work, plan, grid, distinct, work.log, record, signals)
-    if repeats and status == OK and distinct < CYCLE and not has_returned(record, start, distinct):
-        distinct = CYCLE
+    if status == OK and distinct < min(cycle, out.shape[0]) and not has_returned(record, start, distinct):
+        distinct = min(cycle, out.shape[0])
         status = integrate_to(work, plan, grid, distinct, work.log, record, signals)
-    buffers = unpack_buffers(packed[0], packed[1])
+    buffers = unpack_buffers(work.sample[0], work.sample[1])
     buffers.used[0] = buffers.used[1] = 0
     for j in range(distinct):
         first = j * out.shape[1]

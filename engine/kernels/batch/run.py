@@ -62,7 +62,8 @@ class BatchResults(NamedTuple):
     numbers: np.ndarray  # (n, section_statistics.NUMBERS)
     end: np.ndarray  # (n, 4) the last row of the section; without a sample that in a trapping region, if there is one
     periods: np.ndarray  # (n,) int64 that were run; without a sample up to the section in the region
-    known: np.ndarray  # (n,) int64 index of the trapping region, PERIODIC or NO_TRAP
+    known: np.ndarray  # (n,) int64 index of the trapping region, or NO_TRAP
+    cycle: np.ndarray  # (n,) int64 periods after which the motion was seen to repeat itself to rounding, or 0
 
 
 class WorkSpace(NamedTuple):
@@ -71,11 +72,12 @@ class WorkSpace(NamedTuple):
     packed: np.ndarray  # (s, …) as seen from each stop
     keys: np.ndarray  # (s, 2, len(Parameters)) the parameters that the tables in it are made for
     state: np.ndarray
-    before: np.ndarray  # the state a cycle ago
+    ends: np.ndarray  # (LAST, …) the state at the ends of the last pieces
+    positions: np.ndarray  # (LAST,) ξ₁ of these
     nothing: tuple
     cycle: tuple
     sample: tuple
-    cycle_log: np.ndarray  # (CYCLE, section_statistics.COLUMNS)
+    cycle_log: np.ndarray  # (the longer of both, section_statistics.COLUMNS)
     log: np.ndarray  # (sample, section_statistics.COLUMNS)
 
 
@@ -115,10 +117,10 @@ def run_cells(cells, places, plan, work, results, signals, slot):
         i, before = cells.order[place], cells.order[place - 1]
         goes_on = cells.chained[place] and results.status[before] == OK
         grid = prepare(work, cells, plan, i, results.end[before] if goes_on else cells.initial[i])
-        status, periods, known = run_cell(work, plan, grid, signals, results.end[i])
+        status, periods, known, cycle = run_cell(work, plan, grid, signals, results.end[i])
         if status == WITHDRAWN:
             return
-        results.status[i], results.periods[i], results.known[i] = status, periods, known
+        results.status[i], results.periods[i], results.known[i], results.cycle[i] = status, periods, known, cycle
         if status == OK and plan.sample > 0:
             describe_cell(work.log, plan, 2 - int(unpack_parameters(cells.parameters[i, 0]).wall), results, i)
         signals[slot] += 1
