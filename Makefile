@@ -9,10 +9,11 @@ export PYTHONDONTWRITEBYTECODE :=
 
 VENV := .venv
 BIN := $(VENV)/bin
-# Hashes are required and only wheels are taken, so that nothing is built and every file is pinned.
-INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --require-hashes --only-binary :all:
+# Hashes are required and only wheels are taken, so that nothing is built and every file is pinned. A module is compiled
+# when it is first imported: most never are, and to compile them all takes longer than to install them.
+INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --no-compile --require-hashes --only-binary :all:
 
-.PHONY: help run check in-process test bench codes docs shown notebook gallery dist lint lock snapshots diagram image proxy release clean
+.PHONY: help run check in-process test warm browser bench codes docs shown notebook gallery dist lint lock snapshots diagram image proxy release clean
 .DELETE_ON_ERROR:
 
 help:
@@ -44,23 +45,27 @@ check: $(VENV)/test
 
 # In two processes, without browser; a test that would start a process is skipped. One thread of linear algebra each:
 # for matrices as small as these a second one costs more than it does.
-in-process: $(VENV)/test
-	$(BIN)/vibroscope warm
+in-process: $(VENV)/test warm
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --in-process --numprocesses 2 --dist worksteal --ignore tests/ui $(ARGS)
 
 # Likewise, file by file in the order of their names, so that the tests with a browser come last in each: the
 # browser's driver leaves an event loop running.
-test: $(VENV)/test
-	@browser=$$($(BIN)/python tools/browser.py) && echo "browser: $$browser"
-	$(BIN)/vibroscope warm # compiles the kernels, so that no test waits for the compiler
+test:
+	@$(MAKE) --no-print-directory --jobs 2 warm browser
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder $(ARGS)
+
+# The kernels are compiled, so that no test waits for the compiler, while packages and browser of the tests are fetched.
+warm: $(VENV)/run
+	$(BIN)/vibroscope warm
+
+browser: $(VENV)/test
+	@browser=$$($(BIN)/python tools/browser.py) && echo "browser: $$browser"
 
 bench: $(VENV)/test
 	@for script in benchmarks/[!_]*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
 # A warning is an error.
-docs: $(VENV)/test
-	$(BIN)/vibroscope warm
+docs: $(VENV)/test warm
 	rm -rf build/docs assets/site
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --doctree-dir build/docs/doctrees docs build/docs/site
 	mv build/docs/site assets/
@@ -113,7 +118,7 @@ release: $(VENV)/test
 	if [ -n "$$(ls dist/*.whl 2>/dev/null)" ]; then tools/try-dist.sh; else \
 	  echo "NOT TRIED: the wheel, which make dist builds"; fi; \
 	$(BIN)/pytest --all-examples --numprocesses 2 --dist worksteal --ignore tests/ui $(ARGS); \
-	$(BIN)/pytest --all-examples tests/ui/test_sizes.py tests/ui/test_snapshots.py $(ARGS); \
+	$(BIN)/pytest --all-examples tests/ui/test_sizes.py tests/ui/test_snapshots.py tests/ui/test_take_away.py $(ARGS); \
 	$(BIN)/pytest -m release -s -o faulthandler_timeout=1800 tests/release tests/engine tests/test_docs.py tests/ui/test_walk.py $(ARGS); \
 	} 2>&1 | tee build/release.log; code=$$?; \
 	echo; grep -E 'NOT (TRIED|PINNED)' build/release.log || echo "release: nothing was left out"; exit $$code

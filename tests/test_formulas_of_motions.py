@@ -70,7 +70,7 @@ def test_the_equations_of_an_orbit(method, kinds):
     touching = None if method.name == "reference" else full_generator(pressed_generator(p), eta)
     for y0 in RANDOM.uniform(0.1, 1, (3, 4)):
         instants = np.sort(RANDOM.uniform(0.1, period - 0.1, len(kinds)))
-        found = OrbitEquations(system, eta, method)((tuple(kinds), False, period), np.append(y0, instants)).residual
+        found = OrbitEquations(system, eta, method)((tuple(kinds), 0, period), np.append(y0, instants)).residual
         y, turn, a, divided = y0, 0.0, flight, False
         for k, (kind, end) in enumerate(zip([*kinds, None], [*instants, period], strict=True)):
             angle = 2 * math.pi * turn

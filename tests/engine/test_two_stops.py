@@ -343,7 +343,7 @@ def test_cells_with_one_stop_and_with_two_run_side_by_side():
     stiffness, damping = np.array([4000.0, 3000.0, 4000.0, 2000.0]), np.array([5.0, 4.0, 5.0, 6.0])
     cells = Cells(systems, np.full(4, 1.3), ExactPenalty(1.0, 1.0), stiffness=stiffness, damping=damping)
     found, exponents = run_cells(cells, transient=30, sample=10), {}
-    follow_cells(cells, np.arange(4), found.section[:, -1], 256, exponents.__setitem__)
+    follow_cells(cells, np.arange(4), found.end, 256, exponents.__setitem__)
     for i, system in enumerate(systems):
         method = ExactPenalty(stiffness[i], damping[i])
         run = simulate(system, 1.3, method, periods=40, keep=10)

@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections import Counter
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -16,13 +17,14 @@ from tools.browser import find
 ARGUMENTS = [
     "--no-sandbox",
     "--disable-gpu",
+    "--process-per-site",  # a process for each page would parse and compile the scripts anew
     "--disable-background-networking",
     "--font-render-hinting=none",
     "--disable-font-subpixel-positioning",
     "--force-color-profile=srgb",
     "--force-device-scale-factor=1",
-    # A part of a tile that is redrawn has other edges than the whole: pictures must not depend on the history.
     "--hide-scrollbars",
+    # A part of a tile that is redrawn has other edges than the whole: pictures must not depend on the history.
     "--disable-partial-raster",
     "--disable-lcd-text",
 ]
@@ -39,9 +41,12 @@ def pytest_terminal_summary(terminalreporter, config):
 
 
 def pytest_collection_modifyitems(items):
-    for item in items:
-        if Path(__file__).parent in item.path.parents:
-            item.add_marker(pytest.mark.ui)
+    ours = [item for item in items if Path(__file__).parent in item.path.parents]
+    for item in ours:
+        item.add_marker(pytest.mark.ui)
+    # They come last, file by file: those of many tests come first, lest one process wait for the other at the end.
+    lengths = Counter(item.path for item in ours)
+    items[:] = [item for item in items if item.path not in lengths] + sorted(ours, key=lambda item: -lengths[item.path])
 
 
 @pytest.fixture(scope="session")

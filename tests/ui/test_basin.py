@@ -51,8 +51,7 @@ def test_a_click_starts_explore_there(basins):
     assert float(basins.address()["start_v2"]) == pytest.approx(2, abs=0.1)
 
 
-def test_other_axes_are_in_the_link_and_a_start_that_is_typed_moves_the_mark_alone(visit):
-    basins = complete(visit(BASIN))
+def test_other_axes_are_in_the_link_and_a_start_that_is_typed_moves_the_mark_alone(basins):
     basins.page.get_by_role("combobox", name="Starts over").select_option("v1-v2")
     wait_until(lambda: "v1-v2" in basins.query(), what="the axes in the address")
     complete(basins)

@@ -114,16 +114,6 @@ def test_a_move_does_no_more_than_it_must(explorer):
     assert explorer.page.evaluate("chosen") == 1
 
 
-def test_a_legend_keeps_its_entries_until_one_of_them_changes_or_it_changes_itself(visit):
-    """The hook "legends"."""
-    explorer = with_legend(visit())
-    explorer.page.evaluate(HIDE)
-    explorer.until("legend.entries !== kept && legend.entries[1].el.className.includes('inactive')")
-    assert explorer.page.evaluate("legend.entries.length") == 2
-    explorer.page.evaluate("() => { kept = legend.entries; legend.model.ncols = 1; }")
-    explorer.until("legend.entries !== kept")
-
-
 def test_a_glyph_that_was_not_seen_has_the_latest_data_when_it_is_painted(explorer):
     """The hook "glyphs"."""
     explorer.moved(lambda: explorer.type("K", "9100"))
@@ -217,3 +207,13 @@ def test_frames_are_requested_only_while_the_pendulums_swing_and_are_visible(kep
     page.evaluate(NEAR)
     page.mouse.move(*page.evaluate("near"))  # the pendulums stand still at the time that is pointed at
     rests(page)
+
+
+def test_a_legend_keeps_its_entries_until_one_of_them_changes_or_it_changes_itself(kept):
+    """The hook "legends". It comes last: no other test can do with the legend that it leaves."""
+    explorer = with_legend(kept.anew())
+    explorer.page.evaluate(HIDE)
+    explorer.until("legend.entries !== kept && legend.entries[1].el.className.includes('inactive')")
+    assert explorer.page.evaluate("legend.entries.length") == 2
+    explorer.page.evaluate("() => { kept = legend.entries; legend.model.ncols = 1; }")
+    explorer.until("legend.entries !== kept")

@@ -1,7 +1,5 @@
 """Tab One impact in a browser: the sentence, another speed, the step that is taken over, a click in the band."""
 
-import pytest
-
 from tests.ui.test_studies import complete, place
 from tests.waiting import wait_until
 
@@ -12,9 +10,9 @@ def said(explorer):
     return explorer.page.locator("section.study .statements").locator("visible=true").inner_text()
 
 
-@pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
-def test_one_sentence_answers_for_another_speed_too_and_the_step_is_taken_over(visit, width, height):
-    explorer = visit("?eta=2.76&K=2500&D=8&steps=500", width=width, height=height)
+def test_one_sentence_answers_for_another_speed_too_and_the_step_is_taken_over(visit):
+    """On a phone: the last test."""
+    explorer = visit("?eta=2.76&K=2500&D=8&steps=500")
     explorer.open_tab("One impact")
     complete(explorer)
     assert "You asked for 0.50; with 9.69 steps in a contact you get" in said(explorer)

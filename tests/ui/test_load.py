@@ -28,8 +28,8 @@ def test_a_pulse_shows_both_motions_their_peaks_and_the_shock_response(kept, wid
     assert len(explorer.source("load_shock_without")["x"]) == 41
 
 
-def test_a_record_is_chosen_or_dropped_and_stays_out_of_explore(visit, tmp_path):
-    explorer = complete(visit(f"{QUERY}&units=si&omega1=10"))
+def test_a_record_is_chosen_or_dropped_and_stays_out_of_explore(kept, tmp_path):
+    explorer = complete(kept(QUERY).at(units="si", omega1="10"))
     panel(explorer).locator("select").first.select_option("record")
     wait_until(lambda: "Choose the file of a record" in said(explorer), what="why there is nothing")
     file = tmp_path / "quake.csv"

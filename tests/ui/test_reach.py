@@ -106,25 +106,3 @@ def test_a_report_does_not_scroll_sideways_on_a_phone(windows):
     page.set_content(as_report("Explore", Findings(words), Setting(), [], ["print(" + "z" * 300 + ")"], source))
     assert page.evaluate("document.scrollingElement.scrollWidth") == 320
     page.close()
-
-
-def test_a_hover_over_the_bifurcation_diagram_reads_eta_value_and_period(visit):
-    explorer = visit("?view=bifurcation&choice=count:60;transient:200")
-    wait_until(lambda: len(explorer.source("bifurcation_reference")["eta"]) > 100, what="points")
-    wait_until(lambda: "complete" in explorer.page.locator(".progress").text_content(), what="all of it")
-    explorer.settle()
-    source = explorer.source("bifurcation_reference")
-    at = min(range(len(source["eta"])), key=lambda i: abs(source["eta"][i] - 2.3))
-    figure = explorer.figure("bifurcation")
-    frame, share = figure["frame"], {}
-    for axis, value in (("x", source["eta"][at]), ("y", source["value"][at])):
-        low, high = figure[axis]
-        share[axis] = (value - low) / (high - low)
-    x, y = frame["x"] + share["x"] * frame["width"], frame["y"] + (1 - share["y"]) * frame["height"]
-    explorer.page.mouse.move(x - 30, y - 30)
-    explorer.page.mouse.move(x, y)
-    tooltip = explorer.page.locator(".bk-Tooltip")
-    tooltip.wait_for()
-    text = tooltip.evaluate("tip => tip.shadowRoot.textContent")
-    assert f"{source['eta'][at]:.4g}" in text
-    assert "period" in text

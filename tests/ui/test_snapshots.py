@@ -3,6 +3,7 @@
 The colours of the dark page are those of a map (`tests/app/test_colours.py`), so six of its pictures are enough.
 
 Each is compared with its baseline (`snapshots.py`), and searched for faults (`snapshots_page.py`) and barriers (axe).
+Of a desktop's views nothing is cut at other sizes of the window either (`test_sizes.py`).
 """
 
 import hashlib
@@ -18,6 +19,7 @@ from tests.ui.axe import AXE, serious
 from tests.ui.conftest import LOOSE
 from tests.ui.snapshots import FOLDER, Snapshots
 from tests.ui.snapshots_page import AFRESH, data, faults, read
+from tests.ui.test_sizes import SIZES, TABS, check, tried
 from tests.ui.test_studies import complete
 from tests.waiting import wait_until
 
@@ -204,7 +206,7 @@ def schemes(name, device):
 
 
 @pytest.mark.parametrize(("name", "device"), ALWAYS + every(SHARED))
-def test_a_view_equals_its_baseline_and_has_no_fault(name, device, look, snapshots):
+def test_a_view_equals_its_baseline_and_has_no_fault_and_nothing_is_cut_at_any_size(name, device, look, snapshots):
     view = VIEWS[name]
     explorer = look(name, device)
     page = explorer.page
@@ -219,6 +221,8 @@ def test_a_view_equals_its_baseline_and_has_no_fault(name, device, look, snapsho
         wrong += snapshots.check_picture(f"{name}.{device}-{scheme}", picture, bool(view.irregular))
         wrong += [f"{scheme}: {fault}" for fault in serious(page)]
     assert wrong == []
+    if device == "desktop" and name in TABS and not view.measured:  # of these the words were covered
+        check(explorer, tried(TABS, SIZES)[name], TABS[name])
 
 
 def test_every_baseline_is_used(snapshots):
@@ -243,6 +247,7 @@ def steady(page, measured=False):
         page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
         now = page.screenshot(**options)
         if now == last:
+            page.locator(".chip dd").evaluate_all("each => each.forEach(dd => dd.removeAttribute('style'))")
             return now
         last = now
     raise AssertionError("the page does not come to rest")

@@ -4,7 +4,7 @@ from tests.ui.test_studies import complete, opened, panel
 from tests.waiting import wait_until
 
 
-def test_speed_is_measured_at_the_setting_and_again_where_it_moves(visit):
+def test_speed_is_measured_at_the_setting_and_again_where_it_moves_and_sends_nothing_while_hidden(visit):
     explorer = opened(visit, "speed")
     assert "medians of 15 runs" in explorer.figure("speed")["title"]
     ringed = explorer.source("speed_present")
@@ -15,10 +15,7 @@ def test_speed_is_measured_at_the_setting_and_again_where_it_moves(visit):
     wait_until(lambda: ": T/400 errs by" in explorer.figure("speed")["title"], what="the figure of T/400")
     complete(explorer)
     assert sorted(explorer.source("speed_located")["n"]) == [100, 200, 400, 800, 1600]
-
-
-def test_hidden_speed_sends_nothing(visit):
-    explorer = visit("?view=speed&eta=2.76&K=12000&D=18&steps=32000")
+    explorer.moved(lambda: explorer.type("steps", "32000"))
     explorer.open_tab("Help")
     explorer.settle()
     received = explorer.count_messages()

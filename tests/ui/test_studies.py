@@ -82,7 +82,7 @@ def test_the_plane_shows_the_error_of_what_is_set_as_explore_does(kept):
 
 
 def test_where_the_reference_does_not_repeat_the_plane_shows_the_period_and_says_so(visit):
-    explorer = visit("?view=plane&eta=1.7&K=12000&D=18&steps=2000&zoom=K:1000,2000;D:5,8")
+    explorer = visit("?view=plane&eta=1.7&K=12000&D=18&steps=200&zoom=K:1000,2000;D:5,8")
     said, why = panel(explorer).locator(".statements"), "The reference does not repeat itself here"
     wait_until(lambda: why in said.text_content(), what="why there is no error")
     wait_until(lambda: ": period " in explorer.figure("plane_penalty")["title"], what="the period")
@@ -149,6 +149,20 @@ def test_the_line_in_the_diagram_is_dragged_in_the_browser_and_sets_eta(kept):
     explorer.page.mouse.up()
     wait_until(lambda: abs(float(explorer.typed("eta").input_value()) - 2.0) < 0.02, what="η at the line")
     assert explorer.figure("bifurcation")["x"] == [0.5, 4]  # the drag zoomed nothing
+
+
+def test_a_hover_over_the_bifurcation_diagram_reads_eta_value_and_period(kept):
+    explorer = opened(kept, "bifurcation")
+    source = explorer.source("bifurcation_reference")
+    at = min(range(len(source["eta"])), key=lambda i: abs(source["eta"][i] - 2.3))
+    x, y = place(explorer, "bifurcation", source["eta"][at], source["value"][at])
+    explorer.page.mouse.move(x - 30, y - 30)
+    explorer.page.mouse.move(x, y)
+    tooltip = explorer.page.locator(".bk-Tooltip")
+    tooltip.wait_for()
+    text = tooltip.evaluate("tip => tip.shadowRoot.textContent")
+    assert f"{source['eta'][at]:.4g}" in text
+    assert "period" in text
 
 
 PHONE = {"width": 390, "height": 844, "has_touch": True, "is_mobile": True}

@@ -7,6 +7,7 @@ import tomllib
 import pytest
 from vibroscope.app.page.tabs import VIEWS
 
+from tests.share import every
 from tests.ui.taking import menu, taken
 from tests.waiting import wait_until
 
@@ -27,6 +28,10 @@ def test_figures_data_and_report_can_be_taken_away(kept, tmp_path):
     assert json.loads(data)["setting"]["eta"] == 1.08
     _, toml = taken(explorer, "Save the parameters")
     assert b"eta = 1.08" in toml
+    assert taken(explorer, "Displacements as PDF")[1].startswith(b"%PDF-1.4")
+    for script in ("Save the Python script", "Displacements: Script (matplotlib) that draws it"):
+        compile(taken(explorer, script)[1], "script", "exec")
+    assert taken(explorer, "Save the commands")[1].startswith(b"vibroscope ")
     _, report = taken(explorer, "Save the report")
     assert explorer.line("verdict") in report.decode()
     assert report.count(b"<svg") == 10  # seven figures, three curves over one number alone
@@ -90,11 +95,15 @@ CALLS = {
 }
 
 
-@pytest.mark.parametrize("tab", VIEWS)
+# Tabs with more or less to take away than others; of these a share: their files are tested without a browser.
+PARTICULAR = ("paper", "help")
+OTHERS = [tab for tab in VIEWS if tab not in ("explore", *PARTICULAR)]
+
+
+@pytest.mark.parametrize("tab", [*PARTICULAR, *every(OTHERS)])
 def test_each_tab_offers_files_of_each_kind(visit, tab):
+    """Of Explore: the first test."""
     explorer = visit(f"?view={tab}&{STUDY}")
-    if tab == "explore":
-        explorer.explained()
     if tab != "help":
         wait_until(lambda: "All data (JSON)" in menu(explorer), what="something to take away")
     if tab == "paper":  # files that hold all claims are tested without a browser
@@ -120,7 +129,6 @@ def test_each_tab_offers_files_of_each_kind(visit, tab):
         name, data = taken(explorer, "Save all data as JSON")
         assert name == f"vibroscope-{tab}.json"
         assert json.loads(data)["data"]
-    # Files of all figures are tested without a browser.
     for title in [title for title, kinds in figures.items() if "PNG" in kinds][:1]:
         table = taken(explorer, f"{title}: data as CSV")[1]
         assert list(csv.DictReader(table.decode().splitlines()))
@@ -133,7 +141,7 @@ def test_each_tab_offers_files_of_each_kind(visit, tab):
         return
     report = taken(explorer, "Save the report")[1].decode()
     assert report.count("<svg") >= sum("PNG" in kinds for kinds in figures.values())
-    assert f"view={tab}" in report or tab == "explore"
+    assert f"view={tab}" in report
 
 
 @pytest.mark.parametrize("bodies", ["pendulums", "two", "wall"])
