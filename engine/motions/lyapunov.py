@@ -185,6 +185,7 @@ def follow_cells(
         judge(int(places[k]), outcome_of(growth, section))
 
     how = {"threads": thread_count(threads), "cancelled": cancelled}
+    starts = np.ascontiguousarray(starts)  # a view would be another type to the compiler
     follow(cells.method, cells.parameters()[places], starts, periods, SETTLING, found, by_itself, **how)
 
 
