@@ -71,7 +71,7 @@ def _entry(code: Code) -> list[str]:
     own = code.integrators.get(code.integrator, ())
     others = {name: words for name, words in code.integrators.items() if name != code.integrator}
     lines += _column("input", (*own, *code.input))
-    lines += _column("words for a contact", [" ".join(form.words) for form in code.contact])
+    lines += _column("contact words", [" ".join(form.words) for form in code.contact])
     lines += _column("in its place", [f"{name}: {line}" for name, words in others.items() for line in words])
     for source in code.sources:
         text = f"{source.figure}: {source.text} {source.url}".strip()

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
+from vibroscope.app.commands.codes import code_alone
 from vibroscope.app.commands.numbers import measured, number, share
 from vibroscope.app.commands.options import (
     SCHEME_OPTIONS,
@@ -24,7 +25,7 @@ from vibroscope.engine.one_impact.question import NO_STEPS
 
 if TYPE_CHECKING:
     import numpy as np
-    from vibroscope.engine import Impact, MoreauJean, WithStep
+    from vibroscope.engine import Impact, MoreauJean, TimeStepping, WithStep
 
 SI = SystemFile(units=Units(omega1=1.0, m1=1.0, base_amplitude=1e3), has_units=True)  # in which numbers are counted
 OVER = {"steps-per-contact": (0.5, 100.0), "speed": (0.1, 10.0), "time": ()}  # from where to where; speed: times this
@@ -41,6 +42,7 @@ examples:
   vibroscope impact --materials steel,pla --radius '10 mm' --law hunt-crossley --restitution 0.7
   vibroscope impact --system my.toml --eta 1.2 --K '1e5 N/m' --restitution 0.6 --time-step '1 ms'
   vibroscope impact --moreau-jean 0.5 --restitution 0.5 --time-step '1 ms' --speed '2 m/s'
+  vibroscope impact --code mujoco --K '1e5 N/m' --D '50 N s/m' --time-step '2 ms'
   vibroscope impact --K 1e6 --restitution 0.5 --integrator hht --over steps-per-contact=0.5:100 > band.csv
   vibroscope impact --K 1e6 --restitution 0.5 --steps-per-contact 5 --over time > force.csv
 """
@@ -86,6 +88,8 @@ def add(command: OneLineParser) -> None:
     words = "constant force that presses the bodies together, such as a weight (default 0 N)"
     add("--force", type=measured("force"), default=0.0, metavar="F", help=words)
     add_fields(command, *SCHEME_OPTIONS)
+    words = "with the integrator, the contact status and the law of this code of `vibroscope codes`"
+    add("--code", metavar="NAME", help=words)
     words = "how far the restitution may be off for the largest step, as 0.05 or 5 %% (default %(default)s)"
     add("--tolerance", type=share, default=CLOSE_TO_ASKED, metavar="F", help=words)
     words = "also each integrator and contact status with the same numbers, and the steps that it needs (some seconds)"
@@ -113,19 +117,28 @@ def _over(text: str) -> tuple[str, float, float] | tuple[str]:
     return name, *ends
 
 
+def _method_of(options: argparse.Namespace, damping: float | None) -> "TimeStepping":
+    """The method that the options describe, with this D; that of a code if one is named."""
+    if options.code is None:
+        return stepping_of(options, D=damping)
+    return code_alone(options).method(options.K, damping, options.steps)
+
+
 def question_of(options: argparse.Namespace) -> "Impact":
     """The question that the options describe; of a method without a step where none is given."""
     from vibroscope.engine import Impact, stiffness_for
 
     by_restitution = options.restitution is not None
     options.K = _stiffness(options)
-    method = stepping_of(options, D=0.0) if by_restitution else stepping_of(options)
+    method = _method_of(options, 0.0 if by_restitution else options.D)
     numbers = {"speed": options.speed, "mass": options.mass, "force": options.force}
     question = Impact(method.limit, **numbers)
     if by_restitution:
         question = question.with_restitution(options.restitution)
         question = stiffness_for(question, **permitted) if (permitted := _permitted(options)) else question
         method = replace(method, stiffness=question.method.stiffness, damping=question.method.damping)
+    if options.time_step == 0:
+        raise ValueError("--time-step 0: give a step above 0, or leave it out for a contact without a step")
     if options.time_step is not None:
         return replace(question, method=method, time_step=options.time_step)
     if options.steps_per_contact is None:
@@ -428,7 +441,7 @@ def _check_step(question: "Impact", name: str) -> None:
 
 
 def _stepped(question: "Impact", options: argparse.Namespace):
-    return replace(stepping_of(options, D=0.0), damping=question.method.damping)
+    return replace(_method_of(options, 0.0), damping=question.method.damping)
 
 
 COMMAND = Command(

@@ -432,6 +432,11 @@ def _result(problem: FitProblem, best: np.ndarray, noise: float, agreeing: int, 
     correlation = (covariance / np.outer(scale, scale))[:fitted, :fitted]
     determined = [name for name, shown in zip(names, visible, strict=False) if shown]
     cycle = problem.cycle(best)
+    remarks = list(_remarks(problem, best, determined, correlation, residuals, deviation, noise))
+    if agreeing == 1 < starts:
+        remarks.append(
+            f"only 1 of {starts} starts led here: other numbers may fit as well; begin nearer to them, or fit fewer"
+        )
     found = {name: float(best[names.index(name)]) for name in determined}
     system = replace(problem.system, **{name: value for name, value in found.items() if name in UPPER})
     return Fit(
@@ -444,7 +449,7 @@ def _result(problem: FitProblem, best: np.ndarray, noise: float, agreeing: int, 
         noise=noise,
         agreeing=agreeing,
         starts=starts,
-        remarks=tuple(_remarks(problem, best, determined, correlation, residuals, deviation, noise)),
+        remarks=tuple(remarks),
     )
 
 

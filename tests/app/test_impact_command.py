@@ -26,6 +26,14 @@ def test_it_says_what_was_asked_for_and_what_the_step_gives(capsys):
     assert "From 18 steps on it stays within 0.05: a step of at most 178.9" in out
 
 
+def test_a_code_has_its_own_integrator_status_and_law(capsys):
+    words = (*KV, "--D", "50 N s/m", "--time-step", "0.5 ms")
+    own = ("--integrator", "semi-implicit-euler", "--status", "start", "--law", "cut")
+    assert answered(capsys, *words, "--code", "mujoco") == answered(capsys, *words, *own) != answered(capsys, *words)
+    status, _, err = run_command(capsys, "impact", *words, "--code", "mujoco", "--law", "cut")
+    assert (status, "leave --law out" in err) == (2, True)
+
+
 def test_a_tolerance_may_be_in_percent(capsys):
     words = (*KV, "--restitution", "0.5", "--steps-per-contact", "5", "--tolerance")
     assert answered(capsys, *words, "5 %") == answered(capsys, *words, "0.05") != answered(capsys, *words, "8 %")

@@ -108,6 +108,7 @@ REFUSED = {
         --system box.toml --force-sawtooth '5 N,6 ms' --shock-response 1:2:3 --write s.csv | motion of the base""",
     "impact": """
         --restitution 0.5 | --K --permitted-penetration --permitted-force --materials --moreau-jean
+        --K 1e5 --D 3 --time-step 0 | --time-step 0: give a step above 0, or leave it out
         --permitted-force '1 kN' --D 3 | give --restitution in place of --D
         --materials steel,wood --radius 1 --law flores --D 1 | unknown material 'wood'; known
         PLATES | --materials needs --radius
