@@ -339,7 +339,8 @@ def _convert(entry: Mapping[str, float | bool], setting: Setting, name: str) -> 
                           "choose two bodies, or other frequencies.")  # fmt: skip
         del values["mass_ratio"]
         values["kappa3"] = system.kappa3
-    values = {name: value if isinstance(value, str) else float(f"{value:.15g}") for name, value in values.items()}
+    # 14 digits: the last two of a number carry what conversion has rounded
+    values = {name: value if isinstance(value, str) else float(f"{value:.14g}") for name, value in values.items()}
     return _Converted(values, system, units)
 
 
