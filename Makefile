@@ -10,7 +10,7 @@ export PYTHONDONTWRITEBYTECODE :=
 VENV := .venv
 BIN := $(VENV)/bin
 # Hashes are required and only wheels are taken, so that nothing is built and every file is pinned. A module is compiled
-# when it is first imported: most never are, and to compile them all takes longer than to install them.
+# when it is first imported: most never are imported, and to compile them all takes longer than to install them.
 INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --no-compile --require-hashes --only-binary :all:
 
 .PHONY: help run check in-process test warm browser bench codes docs shown notebook gallery dist lint lock snapshots diagram image proxy release clean
@@ -48,8 +48,7 @@ check: $(VENV)/test
 in-process: $(VENV)/test warm
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --in-process --numprocesses 2 --dist worksteal --ignore tests/ui $(ARGS)
 
-# Likewise, file by file in the order of their names, so that the tests with a browser come last in each: the
-# browser's driver leaves an event loop running.
+# Likewise, file by file, those with a browser last in each process, since its driver leaves an event loop running.
 test:
 	@$(MAKE) --no-print-directory --jobs 2 warm browser
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder $(ARGS)

@@ -204,8 +204,8 @@ class CellResults:
     periods : (n,) ndarray of int64
         Periods that were run; fewer than asked for where the motion was found to be periodic before.
     cycle : (n,) ndarray of int64
-        Periods after which such a motion was seen to repeat itself to rounding, a multiple of those of its period; 0
-        where it was not.
+        Periods after which such a motion was seen to repeat itself to rounding, a multiple of those of its period
+        where the sample shows that; 0 where it was not.
     steps_without_solution, steps_with_two, steps_taken : (n,) ndarray of int64
         As in :class:`.result.Response`, and all steps of the run; zeros for cells that a kernel runs.
     """

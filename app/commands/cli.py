@@ -151,11 +151,11 @@ def _leave_out_imports() -> None:
 
 
 def _refuse_overwriting(words: Sequence[str], options: argparse.Namespace) -> None:
-    """Raise ValueError where a file that is to be written is named twice: it would replace what is read."""
+    """Raise ValueError where a file that is there and is to be written is named twice: it may be read as well."""
     named = [Path(word.rpartition("=")[2]).resolve() for word in words]
     for name in WRITTEN:
         path = getattr(options, name, None)
-        if isinstance(path, str | Path) and named.count(Path(path).resolve()) > 1:
+        if isinstance(path, str | Path) and Path(path).is_file() and named.count(Path(path).resolve()) > 1:
             raise ValueError(f"{option(name)} {path}: this command has the same file twice; give another name")
 
 

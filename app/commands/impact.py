@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple
 from vibroscope.app.commands.codes import code_alone
 from vibroscope.app.commands.numbers import measured, number, share
 from vibroscope.app.commands.options import (
+    OTHER_ETA,
     SCHEME_OPTIONS,
     add_fields,
     add_initial_option,
     law_of,
+    missing_words,
     stepping_of,
     system_file,
 )
@@ -121,7 +123,10 @@ def _method_of(options: argparse.Namespace, damping: float | None) -> "TimeStepp
     """The method that the options describe, with this D; that of a code if one is named."""
     if options.code is None:
         return stepping_of(options, D=damping)
-    return code_alone(options).method(options.K, damping, options.steps)
+    method = code_alone(options).method(options.K, damping, options.steps)
+    if damping and method.damping is None:
+        raise ValueError(f"--D: {options.code} takes its damper from the restitution: give --restitution in its place")
+    return method
 
 
 def question_of(options: argparse.Namespace) -> "Impact":
@@ -165,7 +170,7 @@ def _closing_speeds(options: argparse.Namespace) -> "np.ndarray | None":
         raise ValueError("--system has no units: give it a table [physical] or [units], or give --speed")
     eta, units = file.usual_eta if options.eta is None else options.eta, replace(file.units, system="si")
     if eta is None:
-        raise ValueError("--eta is missing: give it, or a system file with a table [physical] and frequency_Hz")
+        raise ValueError(missing_words("the command", {"eta": OTHER_ETA}))
     start = options.initial and tuple(map(units.model, ("displacement", "velocity") * 2, options.initial))
     speeds = units.physical("velocity", Run(file.system, eta, Reference(), start).closing_speeds())
     if not len(speeds):
@@ -192,7 +197,8 @@ def _stiffness(options: argparse.Namespace) -> float:
         raise ValueError(f"--materials {options.materials[:60]!r}: give two, as steel,pla")
     if options.radius is None:
         raise ValueError("--materials needs --radius: give that of the first surface, as '10 mm'")
-    if ExactPenalty(1.0, 0.0, **law_of(options)).spring_exponent != HERTZ:
+    of_code = None if options.code is None else code_alone(options).method(1.0, 0.0, options.steps).limit
+    if (of_code or ExactPenalty(1.0, 0.0, **law_of(options))).spring_exponent != HERTZ:
         raise ValueError("--materials gives the K of a force that grows as the 1.5th power: give --law hunt-crossley")
     return hertz_stiffness(*entries("material", names, materials()), options.radius, options.radius2)
 
@@ -223,7 +229,9 @@ def _nonsmooth(options: argparse.Namespace) -> Report:
 
     options.K = None
     given = [name for name in SCHEME_OPTIONS if getattr(options, name, None) is not None]
-    given += [name for name in ("schemes", "bounds", "over", "steps_per_contact", "D") if getattr(options, name)]
+    given += [
+        name for name in ("code", "schemes", "bounds", "over", "steps_per_contact", "D") if getattr(options, name)
+    ]
     if given:
         raise ValueError(f"{option(given[0])} goes with a contact spring: leave it out with --moreau-jean")
     if options.time_step is None:

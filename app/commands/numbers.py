@@ -154,11 +154,13 @@ def resolve_units(options: argparse.Namespace) -> dict[str, str]:
     Returns what was typed for each such number, by the number as the words of a refusal have it, for `as_typed`.
     """
     given, typed = vars(options), {}
+    plain = {repr(value) for value in given.values() if isinstance(value, float | int)}  # which were not typed so
     for name in sorted(given, key=lambda name: name == "steps"):  # a time is a part of the period, which η gives
         before, given[name] = given[name], _resolved(given[name], name, options)
         many = isinstance(before, tuple)
         for text, number in zip(before, given[name], strict=True) if many else [(before, given[name])]:
-            if isinstance(text, Measured):
+            if isinstance(text, Measured) and repr(number) not in plain:
+                plain.add(repr(number))
                 typed[repr(number)] = text.text.strip()
     return typed
 

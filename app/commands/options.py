@@ -1,7 +1,7 @@
 """Options that several commands share, and the objects that they describe."""
 
 import argparse
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from inspect import signature
 from itertools import chain
@@ -46,6 +46,8 @@ CONDITIONS = "reference:", "integrator ", "law ", "status "  # which begin the w
 SOLVER_OPTIONS = {solver: [name for name, field in FIELDS.items() if solver in field.solvers] for solver in SOLVERS}
 SOLVER_OPTIONS["newmark"] += ["every_step", STEP_SCALE]
 NEEDED = {"reference": (), "exact": ("K", "D"), "newmark": ("K", "D", "steps")}
+OTHER_ETA = "a --system with frequency_Hz in its table [physical]"
+_PAPER = {"eta": 2.76, "K": 12000, "D": 18, "steps": 8000}  # numbers of its Figure 14
 FREE_VIBRATION = "nothing drives the bodies: a free vibration from its start, and eta only sets the length of a period"
 UNDER_LOAD = f"only constant forces act on the bodies{FREE_VIBRATION.removeprefix('nothing drives the bodies')}"
 
@@ -93,7 +95,7 @@ def eta_of(options: argparse.Namespace) -> float:
     """η that the options give, or else the system file, which the options then hold as if it were given."""
     given, options.eta = options.eta, options.system.usual_eta if options.eta is None else options.eta
     if options.eta is None:
-        raise ValueError("--eta is missing: give it, or a system file with a table [physical] and frequency_Hz")
+        raise ValueError(missing_words("the command", {"eta": OTHER_ETA}))
     if given not in (None, options.system.eta):
         note_held(options)
     return options.eta
@@ -287,12 +289,10 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> TimeStepping:
 
 def refuse_missing(options: argparse.Namespace, solver: str) -> None:
     """Raise ValueError that names all numbers that are not given, of eta and of those that a solver needs."""
+    follows = solver == "newmark" and hasattr(options, STEP_SCALE)  # K may follow the step
     instead = {  # whether something else stands for a number, and what that could be
-        "eta": (options.system.usual_eta is not None, "a --system with frequency_Hz"),
-        "K": (
-            getattr(options, STEP_SCALE, None) is not None,
-            option(STEP_SCALE) if hasattr(options, STEP_SCALE) else "",
-        ),
+        "eta": (options.system.usual_eta is not None, OTHER_ETA),
+        "K": (follows and getattr(options, STEP_SCALE) is not None, option(STEP_SCALE) if follows else ""),
         "D": (
             getattr(options, "law", None) in LAWS_BY_RESTITUTION,
             f"a --law that takes it from the restitution: {', '.join(LAWS_BY_RESTITUTION)}",
@@ -302,11 +302,14 @@ def refuse_missing(options: argparse.Namespace, solver: str) -> None:
     missing = [name for name in ("eta", *NEEDED[solver]) if getattr(options, name, 0) is None and not instead[name][0]]
     if missing:
         who = f"the {solver} solver" if hasattr(options, "solver") else "a penalty solution"
-        paper = f"--eta 2.76{' --K 12000 --D 18' * (solver != 'reference')}{' --steps 8000' * (solver == 'newmark')}"
-        others = [f"; in place of {option(name)} {instead[name][1]}" for name in missing if instead[name][1]]
-        raise ValueError(
-            f"{who} needs {', '.join(map(option, missing))}; the paper's numbers: {paper}{''.join(others)}"
-        )
+        raise ValueError(missing_words(who, {name: instead[name][1] for name in missing}))
+
+
+def missing_words(who: str, missing: Mapping[str, str]) -> str:
+    """Which numbers are missing, those of the paper, and what could stand in place of each, where something could."""
+    paper = " ".join(f"{option(name)} {_PAPER[name]}" for name in missing)
+    others = (f"; in place of {option(name)} {other}" for name, other in missing.items() if other)
+    return f"{who} needs {', '.join(map(option, missing))}; the paper's numbers: {paper}{''.join(others)}"
 
 
 def reference_of(options: argparse.Namespace) -> Reference:

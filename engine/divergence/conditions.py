@@ -106,6 +106,8 @@ def unequal_stops_text(system: System, method: ExactPenalty | TimeStepping, clos
         return ""
     other, factor = system.mirrored, system.stiffness_factor2
     first = equal_damping(system, method, method.stiffness, closing_speed)
+    if not first > 0.0:  # no damper gives a restitution of 1, times whatever factor
+        return ""
     second = replace(method, stiffness=factor * method.stiffness)
     ratio = equal_damping(other, second, second.stiffness, closing_speed) / first
     if not 0.0 < ratio < math.inf:
@@ -114,10 +116,10 @@ def unequal_stops_text(system: System, method: ExactPenalty | TimeStepping, clos
     given = conditions(other, 1.0, second, closing_speed).restitution
     if not abs(given - other.restitution) > SAME_RESTITUTION:
         return ""
-    asked = f"{rounded(system.restitution, 2)} and {rounded(other.restitution, 2)}"
+    asked, second = rounded(system.restitution, 2), rounded(other.restitution, 2)
     return (
-        f"they ask for {asked}, and where the first gives that the second gives {rounded(given, 2)}: "
-        f"damping_factor2 = {rounded(ratio, 3)} gives both"
+        f"the stops ask for restitutions of {asked} and {second}: with the D that gives {asked} at the first, the "
+        f"second gives {rounded(given, 2)}; damping_factor2 = {rounded(ratio, 3)} gives both"
     )
 
 

@@ -243,7 +243,7 @@ def _of_search(comparison: Comparison, found: Alone, blame: Blame, unchanged: st
     second = blame_sentence(comparison, found, blame, None if cancel else contact)
     run = comparison.runs.penalty
     stops = unequal_stops_text(run.system, run.method, comparison.closing_speed)
-    stops = f"One D serves both stops: {stops}." if stops else ""
+    stops = f"{stops[0].upper()}{stops[1:]}." if stops else ""
     return Verdict(
         headline=joined(" ", filter(None, (unchanged, first, cancel, stops, second))) + scattered,
         agree="partly" if cancel else agree,

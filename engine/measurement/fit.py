@@ -435,7 +435,7 @@ def _result(problem: FitProblem, best: np.ndarray, noise: float, agreeing: int, 
     remarks = list(_remarks(problem, best, determined, correlation, residuals, deviation, noise))
     if agreeing == 1 < starts:
         remarks.append(
-            f"only 1 of {starts} starts led here: other numbers may fit as well; begin nearer to them, or fit fewer"
+            f"only 1 of {starts} starts led here: other values may fit as well; begin with better ones, or fit fewer"
         )
     found = {name: float(best[names.index(name)]) for name in determined}
     system = replace(problem.system, **{name: value for name, value in found.items() if name in UPPER})

@@ -125,7 +125,7 @@ def unmet_tolerance_reason(
         why = f": without one, K and D would meet the tolerance; {found}: {advice}"
         return Reason("the time step is to blame", why)
     if words := unequal_stops_text(system, methods[0], trials.closing_speed):
-        return Reason("one D for both stops is to blame", f": {words}; {found}")
+        return Reason("the dampers of the stops are to blame", f": {words}; {found}")
     held = [
         equation(name, value) for name, value in (("K", limits.stiffness), ("D", limits.damping)) if value is not None
     ]

@@ -40,7 +40,7 @@ def test_a_physical_file_is_converted_and_gives_the_frequency(capsys, tmp_path):
     assert json.loads(one)["section"] == json.loads(two)["section"]
     status, _, err = run_command(capsys, *command, "--system", str(plain))
     assert (status, err.count("\n")) == (2, 1)
-    assert "--eta is missing" in err
+    assert "needs --eta" in err
     status, out, _ = run_command(capsys, "system", "--system", str(path), "--to", "physical")
     assert status == 0
     assert "clearance_mm = 0.5" in out
@@ -96,7 +96,7 @@ def test_every_command_takes_the_frequency_of_the_file(capsys, tmp_path, command
         plain.write_text(text)
         status, _, err = run_command(capsys, *command, *out, "--system", str(plain))
         assert (status, err.count("\n")) == (2, 1)
-        assert "--eta is missing" in err
+        assert "needs --eta" in err
     else:
         assert "# eta = 1, " in text
 
