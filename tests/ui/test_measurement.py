@@ -43,7 +43,7 @@ def test_a_system_file_that_is_dropped_sets_the_system(visit):
     explorer = visit("?eta=2.76&K=12000&D=18&steps=8000")
     explorer.page.evaluate(DROP, ["TWO.toml", (DOCS / "two.toml").read_text(encoding="utf-8")])
     explorer.page.get_by_text("The bodies on their base").wait_for()
-    assert "bodies=two" in explorer.page.url
+    explorer.wait_for_address(bodies="two")
     assert explorer.page.locator(".measurement-card").is_hidden()
     explorer.page.evaluate(DROP, ["long.toml", "#" * 65_537])
     explorer.page.get_by_text("This file is larger than 65536 bytes, so it is no parameter file.").wait_for()
