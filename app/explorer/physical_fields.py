@@ -70,6 +70,7 @@ _BASE = tuple(OF_BASE)
 CONTACT_OF_SYSTEM = {"stiffness": "system", "damper": "restitution"}  # of a system that comes without K and D
 _CARRIED = (*START_FIELDS, "K", "D")  # what keeps its physical value where the units change
 _ROUNDING = 1e-12
+_NEAR = 2e-14  # relative: what some conversions of a number in turn add up to
 FAR = 10.0  # times the unit of length, or as many times less: a base that moves so far does not go with it
 # What numbers without dimension are counted in.
 _DEFINING = ("mass1_kg", "stiffness1_N_per_m", "frequency1_Hz", "length_mm", *_BASE)
@@ -339,9 +340,14 @@ def _convert(entry: Mapping[str, float | bool], setting: Setting, name: str) -> 
                           "choose two bodies, or other frequencies.")  # fmt: skip
         del values["mass_ratio"]
         values["kappa3"] = system.kappa3
-    # 14 digits: the last two of a number carry what conversion has rounded
-    values = {name: value if isinstance(value, str) else float(f"{value:.14g}") for name, value in values.items()}
+    values = {name: value if isinstance(value, str) else _converted(value) for name, value in values.items()}
     return _Converted(values, system, units)
+
+
+def _converted(value: float) -> float:
+    """A number without the digits that conversions add: what is that near to a short one is meant to be it."""
+    short = float(f"{value:.12g}")
+    return short if abs(short - value) <= _NEAR * abs(value) else float(f"{value:.15g}")
 
 
 def _in_symbols(text: str) -> str:

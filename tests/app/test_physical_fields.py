@@ -48,6 +48,19 @@ ANALYST = {
 }
 
 
+@pytest.mark.parametrize(
+    ("numbers", "clearance"),
+    [({}, 0.5), ({"mass1_kg": "2.4", "frequency1_Hz": "12", "mass2_kg": "0.9", "clearance_mm": "0.2 mm"}, 0.4)],
+)
+def test_a_link_has_no_digits_that_conversions_add(numbers, clearance):
+    base = {"base_amplitude_mm": "0.5"}  # last, in which lengths are counted
+    setting = enter(
+        TWO, **{name: text for name, text in (ANALYST | numbers | base).items() if name not in base}, **base
+    )
+    assert setting.clearance == clearance
+    assert enter(setting, frequency1_Hz="13", clearance_mm="0.3").clearance == 0.6
+
+
 def test_a_system_of_ones_own_is_entered_as_on_a_data_sheet():
     setting = enter(TWO, **ANALYST)
     system = setting.system
