@@ -343,27 +343,7 @@ def fit(
     0.45
     """
     names = fitted_names(system, measurement) if names is None else tuple(names)
-    known = all(isinstance(name, str) and name in FITTED for name in names)
-    if not names or not known or len(set(names)) < len(names):
-        raise ValueError(
-            f"cannot fit {shown(names) if names else 'nothing'}: give some of {', '.join(FITTED)}, each once"
-        )
-    if idle := [name for name in names if system.wall and name in BODY_2]:
-        raise ValueError(f"cannot fit {', '.join(idle)}: a wall has no such number, leave it out")
-    contact = [name for name in names if name in CONTACT]
-    has_restitution = isinstance(method, ExactPenalty) and method.damping is None  # from which its law takes D
-    of_reference = [name for name in names if name == "d3" or (name == "restitution" and not has_restitution)]
-    if contact and of_reference:
-        raise ValueError(
-            f"cannot fit {', '.join(of_reference)} beside {', '.join(contact)}: the penalty solution, which has K and "
-            f"D, has no {' and no '.join(of_reference)}; fit D in place of restitution, or leave K and D out"
-        )
-    if contact and not isinstance(method, ExactPenalty):
-        raise ValueError(f"cannot fit {', '.join(contact)}, which the reference does not have: give a penalty solution")
-    if "D" in contact and method.damping is None:
-        raise ValueError("cannot fit D, which follows from the restitution: give D, or leave it out")
-    if idle := [name for name in names if name in ZEROS and name not in fitted_names(system, measurement)]:
-        raise ValueError(f"cannot fit {', '.join(idle)}: no sensor shows the mean of this displacement, leave it out")
+    _refuse_names(names, system, measurement, method)
     eta, measurement = check_eta(eta), measurement.of(system)
     noise = (recurrence if system.excitation.repeats else free_record)(measurement, eta).noise
     problem = FitProblem(system, eta, measurement, names, method or Reference(threshold=0.0), cancelled, initial)
@@ -394,6 +374,33 @@ def fit(
             remark = stated(words, Amount(other.deviation, "displacement", 3), ", ".join(left))
             found = replace(found, remarks=(*found.remarks, remark))
     return found
+
+
+def _refuse_names(
+    names: tuple[str, ...], system: System, measurement: Measurement, method: Reference | ExactPenalty | None
+) -> None:
+    """Raise ValueError for what cannot be fitted, in general or by this method."""
+    known = all(isinstance(name, str) and name in FITTED for name in names)
+    if not names or not known or len(set(names)) < len(names):
+        raise ValueError(
+            f"cannot fit {shown(names) if names else 'nothing'}: give some of {', '.join(FITTED)}, each once"
+        )
+    if idle := [name for name in names if system.wall and name in BODY_2]:
+        raise ValueError(f"cannot fit {', '.join(idle)}: a wall has no such number, leave it out")
+    contact = [name for name in names if name in CONTACT]
+    has_restitution = isinstance(method, ExactPenalty) and method.damping is None  # from which its law takes D
+    of_reference = [name for name in names if name == "d3" or (name == "restitution" and not has_restitution)]
+    if contact and of_reference:
+        raise ValueError(
+            f"cannot fit {', '.join(of_reference)} beside {', '.join(contact)}: the penalty solution, which has K and "
+            f"D, has no {' and no '.join(of_reference)}; fit D in place of restitution, or leave K and D out"
+        )
+    if contact and not isinstance(method, ExactPenalty):
+        raise ValueError(f"cannot fit {', '.join(contact)}, which the reference does not have: give a penalty solution")
+    if "D" in contact and method.damping is None:
+        raise ValueError("cannot fit D, which follows from the restitution: give D, or leave it out")
+    if idle := [name for name in names if name in ZEROS and name not in fitted_names(system, measurement)]:
+        raise ValueError(f"cannot fit {', '.join(idle)}: no sensor shows the mean of this displacement, leave it out")
 
 
 def _minima(problem: FitProblem, guesses: Sequence[np.ndarray]) -> list:

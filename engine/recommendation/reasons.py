@@ -113,6 +113,20 @@ def unmet_tolerance_reason(
         )
     if least.robust <= tolerance:
         return _contacts_reason(least, tolerances)
+    return _reason_of_numbers(trials, least, stiffness_max, found, question, cancelled)
+
+
+def _reason_of_numbers(
+    trials: Trials,
+    least: Trial,
+    stiffness_max: float,
+    found: str,
+    question: SettingQuestion,
+    cancelled: Callable[[], bool] | None,
+) -> Reason:
+    """Say which of the step, the dampers of two stops, what is held, and K keeps the displacements off."""
+    target, tolerance, limits = trials.target, question.tolerances.displacement, question.limits
+    system = target.reference.system
     damping = limits.damping
     if damping is None:
         damping = equal_damping(system, trials.scheme, stiffness_max, trials.closing_speed)

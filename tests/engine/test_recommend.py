@@ -114,6 +114,14 @@ def test_the_limit_that_is_to_blame_is_the_reason(options, word):
     assert max(t.setting.stiffness for t in found.front) <= options.get("stiffness_max", 1e6)
 
 
+@pytest.mark.release  # half a minute: between two stops no step is skipped
+def test_the_dampers_of_two_stops_are_the_reason_where_one_cannot_serve_both():
+    stops = System(wall=True, d1=0.02, clearance=1.0, clearance2=1.0, restitution=0.5, restitution2=0.8)
+    found = recommend(question(stops, 2.0, stiffness_max=3000.0, steps_max=200, tolerance=0.1))
+    assert not found.met
+    assert found.reason.startswith("the dampers of the stops are to blame: the stops ask for restitutions of 0.5 and")
+
+
 def test_a_contact_that_is_held_is_blamed_where_it_is_too_soft_after_one_run_without_a_time_step(monkeypatch):
     runs = []
     monkeypatch.setattr(reasons, "simulate", lambda *problem, **how: runs.append(problem) or simulate(*problem, **how))
