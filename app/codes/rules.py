@@ -58,6 +58,7 @@ from vibroscope.engine.divergence.remaining import Remaining
 from vibroscope.engine.divergence.tolerances import CLOSE_CURVE
 from vibroscope.engine.facts import Choice, Statement, message_of, sentence, stated
 from vibroscope.engine.model import check_eta
+from vibroscope.engine.motions.words import of_section
 from vibroscope.engine.one_impact.of_system import ContactAlone, alone_as_dict, contact_alone
 
 Stepping = TimeStepping
@@ -351,7 +352,8 @@ def judge(
     except ValueError as error:  # what cannot be compared can still be run
         run = next((each for each in known if each.method == method), None)
         run = run or simulate(asked.system, asked.eta, method, **options)
-        words = repetition(motion(run)) if run.ok else sentence(run.message)
+        shown = motion(run) if run.ok else None
+        words = of_section(repetition(shown), shown.period, method.has_step) if shown else sentence(run.message)
         count = getattr(run, "steps_without_solution", 0)
         return RuleOutcome(
             rule, method, words, math.nan, math.nan, None if run.ok else False, message_of(error) + ".", count

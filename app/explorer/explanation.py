@@ -38,7 +38,7 @@ from vibroscope.engine.divergence.alone import Alone, Curve
 from vibroscope.engine.divergence.sentences import change_of
 from vibroscope.engine.divergence.verdict import agreement
 from vibroscope.engine.facts import Statement, message_of, sentence, stated
-from vibroscope.engine.motions.words import stays_apart
+from vibroscope.engine.motions.words import of_section, stays_apart
 
 _WITHOUT_IMPACTS = {  # by the share of contact
     0.0: "Nothing touches: the bodies move as if they were alone.",
@@ -314,7 +314,9 @@ def _describe_run(run: SolverRun, scale: Units | None) -> tuple[str, str]:
     how = _stepping_text(run.response)
     if not run.response.ok:
         return "No result.", f"{shown_text(sentence(run.response.message), scale)} {how}".strip()
-    words = shown_text(_motion_text(run.motion, run.response.method, run.response.system), scale)
+    method = run.response.method
+    repeats = of_section(repetition(run.motion), run.motion.period, method.has_step)
+    words = shown_text(_motion_text(run.motion, method, run.response.system, repeats), scale)
     force = scale and force_text(scale, run.response.eta, run.motion, run.response.method)
     return words, " ".join(filter(None, (sentence(force) if force else "", how)))
 
@@ -339,15 +341,18 @@ def _free_text(found: Motion, method: Method) -> str:
 def motion_texts(setting: Setting, motions: Mapping[str, Motion | None]) -> dict[str, str | Statement]:
     """The motions of the ``reference`` and the ``penalty`` model in words, as far as they are known."""
     known = {name: found for name, found in motions.items() if found is not None}
-    return {name: _motion_text(found, getattr(setting, name), setting.system) for name, found in known.items()}
+    return {
+        name: _motion_text(found, getattr(setting, name), setting.system, repetition(found))
+        for name, found in known.items()
+    }
 
 
-def _motion_text(found: Motion, method: Method, system: System) -> str | Statement:
-    """How a motion repeats itself, its impacts per period, and its share of contact."""
+def _motion_text(found: Motion, method: Method, system: System, repeats: str | Statement) -> str | Statement:
+    """How a motion ``repeats`` itself, its impacts per period, and its share of contact."""
     if not is_driven(system):
         return _free_text(found, method)
     if found.impacts_per_period == 0 and found.contact_share in (0.0, 1.0):
-        return sentence(repetition(found)) + f" {_WITHOUT_IMPACTS[found.contact_share]}"
+        return sentence(repeats) + f" {_WITHOUT_IMPACTS[found.contact_share]}"
     rate = counted(found.impacts_per_period, "impact" if method.rigid else "contact")
     share = percent(found.contact_share)
-    return sentence(repetition(found)) + f" {rate} per period, in contact {share} of the time."
+    return sentence(repeats) + f" {rate} per period, in contact {share} of the time."

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.app.studies.plane import PartialPlane
 from vibroscope.engine import percent
+from vibroscope.engine.motions.words import NOT_JUDGED
 from vibroscope.engine.sweeps import CellKind
 
 VEIL = "#F5F5F5"  # stripes over what lies below a limit: the classes there are the dark ones
@@ -33,11 +34,11 @@ PERIOD_EDGES = (1, 2, 3, 4, 5, 9)
 
 # Kinds of motion that do not repeat themselves, as the strip of the bifurcation diagram shows them: name, colour.
 KINDS = {
-    CellKind.UNKNOWN: ("aperiodic, being judged", "#C6CDD4"),
+    CellKind.UNKNOWN: (NOT_JUDGED, "#C6CDD4"),
     CellKind.ARTEFACT: ("artefact of the time step", "#EFE7D3"),
     CellKind.QUASI_PERIODIC: ("quasi-periodic", "#56B4E9"),
     CellKind.CHAOTIC: ("chaotic", "#D55E00"),
-    CellKind.UNDECIDED: ("aperiodic, not decided", PERIODS[0][1]),
+    CellKind.UNDECIDED: ("kind not decided", PERIODS[0][1]),
     CellKind.ENDED_EARLY: ("ended early", "#FFFFFF"),
 }
 
@@ -129,7 +130,7 @@ def sudden_contacts(plane: PartialPlane, side: str, limit: float) -> np.ndarray:
 def legend(name: str, limit: float | None = None) -> list[list[str]]:
     """Colour, name and pattern of each class, for the key beside the figures."""
     rows = [[colour, text, ""] for text, colour in COLOURINGS[name].classes]
-    missing = {"error": "no number", "near_period": "being judged", "without_solution": "no time step"}
+    missing = {"error": "no number", "near_period": NOT_JUDGED, "without_solution": "no time step"}
     rows += [[SPECIAL[NO_NUMBER], missing[name], "missing"]] if name in missing else []
     rows += [[SPECIAL[DIVERGED], "blown up", "cross"]]
     rows += [[VEIL, f"fewer than {limit:g} steps in contact", "veil"]] if limit is not None else []

@@ -94,7 +94,7 @@ class PartialStep:
         if period == 1:
             return kind_words(CellKind.PERIODIC, 1)
         kind = (self.judged or {}).get(scheme, {}).get(index)
-        return kind_words(*kind, near) if kind else kind_words(CellKind.UNKNOWN, period, near) + " by its section alone"
+        return kind_words(*(kind or (CellKind.UNKNOWN, period)), near)
 
     def order(self, name: str, scheme: str) -> tuple[float, float]:
         """Observed order of ``scatter`` or ``error_time_step``, and its standard error."""

@@ -15,6 +15,7 @@ _TYPES = {
 
 
 _SYMMETRY = {True: "symmetric between the stops", False: "not symmetric: its mirror image is a motion, too"}
+NOT_JUDGED = "kind not judged"  # of a motion of which a section alone is known, unless that shows the kind
 SYMBOLS = {1: "ξ₁", 2: "ξ₂"}  # of a body's displacement
 
 
@@ -49,6 +50,11 @@ def repetition_of(kind: Kind, period: int, near_period: int, scatter: float, blu
     if blurred:
         return Statement(f"repeats {cycle}, blurred by the time step", amount)
     return f"repeats {cycle}" if period == near_period else Statement(f"nearly repeats {cycle}", amount)
+
+
+def of_section(words: str, period: int, has_step: bool) -> str:
+    """What the section of one run shows of a motion; any period but one may be the doing of a time step."""
+    return stated("{}, {}", words, NOT_JUDGED) if has_step and period != 1 else words
 
 
 def difference_in_kind(reference: Motion, penalty: Motion) -> str:

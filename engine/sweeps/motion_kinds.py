@@ -13,7 +13,7 @@ from vibroscope.engine.cells import Cells, run_cells
 from vibroscope.engine.motions.description import CellKind, Kind
 from vibroscope.engine.motions.judge import judge, late_runs, unknown_kinds
 from vibroscope.engine.motions.section import scatter, settled_periods
-from vibroscope.engine.motions.words import repetition_of
+from vibroscope.engine.motions.words import of_section, repetition_of
 from vibroscope.engine.sweeps.codes import MISSING
 from vibroscope.engine.sweeps.eta_study import EtaStudy
 from vibroscope.engine.sweeps.plane_study import PlaneStudy
@@ -41,7 +41,7 @@ def kind_words(
     Parameters
     ----------
     kind : CellKind
-        `CellKind.UNKNOWN`: the section alone speaks.
+        `CellKind.UNKNOWN`: the section alone speaks, and the words say that the kind is not judged.
     period : int
         ``kind_period``, or the section's where the kind is not known.
     near_period : int, optional
@@ -57,7 +57,9 @@ def kind_words(
     near = near_period if is_open and near_period is not None else period
     amount = scatter(section, near, body) if section is not None and near else np.nan
     words = repetition_of(Kind[CellKind(kind).name], period, near, amount, kind == CellKind.ARTEFACT, body)
-    return words + ", its kind not decided" if kind == CellKind.UNDECIDED else words
+    if kind == CellKind.UNKNOWN:
+        return of_section(words, period, has_step=True)
+    return words + ", kind not decided" if kind == CellKind.UNDECIDED else words
 
 
 def judge_cells(

@@ -52,6 +52,12 @@ def test_scatter_is_that_of_each_branch_and_not_between_them():
     assert 0 < scatter < 0.1
 
 
+def test_a_section_that_a_step_may_have_scattered_is_not_judged_by_one_run():
+    runs = runs_of(eta=2.76, K=12000.0, D=18.0, steps=1000)
+    assert describe(runs).penalty[0].startswith("Repeats every 2 periods, kind not judged. ")
+    assert "Repeats every period, blurred by the time step" in explain(runs).kinds["penalty"]
+
+
 def test_the_cost_is_that_of_an_fe_code():
     cost = dict(row[:2] for row in describe(runs_of("C")).cost)
     assert cost["FE steps"] == "16.4 million"  # 2,050 periods of 8,000 steps

@@ -83,7 +83,7 @@ def test_a_diagram_is_judged_after_it_is_complete_and_goes_on_where_it_was(scatt
     assert kinds[0] == CellKind.CHAOTIC
     assert (kinds == CellKind.ARTEFACT).sum() >= 3
     assert CellKind.UNKNOWN not in kinds
-    assert "aperiodic, being judged" in statements(SCATTERED, first)[-1][1]
+    assert "kind not judged" in statements(SCATTERED, first)[-1][1]
     assert "periodic but blurred by the time step" in statements(SCATTERED, whole)[-1][1]
     resumed = list(grow_diagram(whole.question, whole, never))
     assert len(resumed) == 1  # nothing is judged again

@@ -93,4 +93,4 @@ def test_a_motion_whose_kind_is_not_decided_still_nearly_repeats():
     index = int(np.flatnonzero(result.of_scheme("near_period", "fixed") == 2)[0])
     values = result.values | {"period": np.zeros_like(result.values["period"])}
     undecided = replace(result, values=values, judged={"fixed": {index: (CellKind.UNDECIDED, 0)}})
-    assert undecided.words(index, "fixed") == "nearly repeats every 2 periods, its kind not decided"
+    assert undecided.words(index, "fixed") == "nearly repeats every 2 periods, kind not decided"

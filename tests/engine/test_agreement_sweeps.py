@@ -28,6 +28,7 @@ from vibroscope.engine import (
     simulate,
     sweep,
 )
+from vibroscope.engine.motions.words import of_section
 from vibroscope.engine.sweeps import CellKind, EtaStudy, PlaneStudy, StepStudy, judge_runs, kind_words
 
 from tests.share import every
@@ -70,7 +71,7 @@ def single(system, eta, method):
 def assert_same(period, near, section, found):
     """A cell has the periods and the words of the single run."""
     assert (period, near) == (found.period, found.near_period)
-    assert kind_words(CellKind.UNKNOWN, period, near, section) == repetition(found)
+    assert kind_words(CellKind.UNKNOWN, period, near, section) == of_section(repetition(found), period, has_step=True)
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -199,7 +200,7 @@ def test_the_tabs_say_of_a_scattered_motion_what_a_single_run_says(monkeypatch, 
     )
     assert judged[-1].share == 1
     assert plane_statements(SCATTERED, judged[-1])[0][1].startswith(said)
-    assert "by its section alone" in plane_statements(SCATTERED, plain[-1])[0][1]
+    assert "kind not judged" in plane_statements(SCATTERED, plain[-1])[0][1]
     question = time_step.StepQuestion(SCATTERED.system, 2.76, SCATTERED.penalty)
     assert step_statements(SCATTERED, list(time_step.grow_step(question, None, no))[-1])[0][1].startswith(said)
     asked = bifurcation.DiagramQuestion(SCATTERED.system, SCATTERED.penalty, "rest", (2.75, 2.76), count=2)

@@ -100,7 +100,7 @@ def test_an_undecided_motion_nearly_repeats_as_a_single_one_does():
     found = motion(run)
     assert (found.type, found.near_period) == ("undecided", 1)
     words = kind_words(CellKind.UNDECIDED, 0, found.near_period, run.section)
-    assert words == f"{repetition(found)}, its kind not decided"
+    assert words == f"{repetition(found)}, kind not decided"
     assert words.startswith("nearly repeats every period (±")
     assert kind_words(CellKind.ARTEFACT, 1, 2, run.section) == kind_words(CellKind.ARTEFACT, 1, section=run.section)
 

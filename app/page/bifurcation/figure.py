@@ -108,7 +108,7 @@ class BifurcationView:
         rows = {
             "η": "@eta",
             "value": "@value",
-            "repeats, but for the blur by the step, after so many periods (0: not, or being judged)": "@period",
+            "repeats, but for the blur by the step, after so many periods (0: not, or not judged)": "@period",
         }
         self.hover = hover_tool(points, rows, limit=1)
         self.hover.formatters |= dict.fromkeys((f"@{name}" for name in _SHOWN), "printf")

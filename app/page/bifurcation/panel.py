@@ -18,6 +18,7 @@ from vibroscope.app.studies.bifurcation import SAMPLE, DiagramQuestion, PartialD
 from vibroscope.app.studies.branches import BranchesQuestion
 from vibroscope.engine import COORDINATES
 from vibroscope.engine.facts import Statement, equation, span, stated
+from vibroscope.engine.motions.words import NOT_JUDGED
 from vibroscope.engine.sweeps import CellKind
 
 
@@ -88,8 +89,8 @@ _SHARES = {  # a kind of motion as the statement names it
     CellKind.ARTEFACT: "periodic but blurred by the time step",
     CellKind.QUASI_PERIODIC: "quasi-periodic",
     CellKind.CHAOTIC: "chaotic",
-    CellKind.UNDECIDED: "aperiodic, kind not decided",
-    CellKind.UNKNOWN: "aperiodic, being judged",
+    CellKind.UNDECIDED: "kind not decided",
+    CellKind.UNKNOWN: NOT_JUDGED,
     CellKind.ENDED_EARLY: "ended early",
 }
 
@@ -120,7 +121,7 @@ def kind_text(result: PartialDiagram, index: int) -> str:
     """Kind of motion of a cell, with its evidence."""
     kind = CellKind(result.kinds["kind"][index])
     if kind is CellKind.UNKNOWN:
-        return result.motion_words(index) + " by its section alone (being judged)"
+        return result.motion_words(index)
     exponent, error = result.kinds["lyapunov"][index], result.kinds["lyapunov_error"][index]
     is_aperiodic = np.isfinite(exponent) and kind is not CellKind.PERIODIC
     rate = f" (Lyapunov exponent {exponent:+.2g} ± {error:.1g} per period)" if is_aperiodic else ""

@@ -368,15 +368,15 @@ def _cell(result: PartialPlane, side: str, place: tuple[int, int]) -> str:
 
 
 def _repetition(result: PartialPlane, side: str, place: tuple[int, int]) -> str:
-    """The motion of a cell in words; by its section alone if Newmark's is not judged."""
+    """The motion of a cell in words."""
     period, near = (int(result.shown(side, name)[place]) for name in ("period", "near_period"))
+    if side == "exact" and period:  # no step that scatters it
+        return kind_words(CellKind.PERIODIC, period)
     if side == "exact":
         return kind_words(CellKind.UNKNOWN, period, near)
     source = np.unravel_index(result.source(place), result.known.shape)
     kind, of = CellKind(result.kinds["kind"][source]), int(result.kinds["kind_period"][source])
-    if kind is not CellKind.UNKNOWN:
-        return kind_words(kind, of, near)
-    return kind_words(kind, period, near) + " by its section alone"
+    return kind_words(kind, period if kind is CellKind.UNKNOWN else of, near)
 
 
 def _whole(result: PartialPlane) -> str:
