@@ -225,11 +225,12 @@ def as_json(comparison: Comparison, judgement: Verdict) -> dict:
 def _difference_json(comparison: Comparison) -> dict:
     """The difference as the verdict measures it, and its parts; None for those that are not known."""
     if comparison.parts is None:
-        return {"measure": None, **dict.fromkeys(("total", *PARTS))}
+        return {"measure": None, "windows": [], **dict.fromkeys(("total", *PARTS))}
     found = comparison.difference
     return {
         "measure": found.measure,
         "total": found.total,
+        "windows": list(found.windows),
         **{name: found.parts.get(name, None if name in comparison.part_names else 0.0) for name in PARTS},
     }
 
@@ -296,8 +297,7 @@ def part_rows(
         return [("difference", "not known: a run ended early")]
     found = comparison.difference
     head = {"displacements": "difference (rms)", "sections": "sections differ by"}[found.measure]
-    chance = f" (chance explains up to {percent(found.chance)})" if found.chance and math.isfinite(found.total) else ""
-    rows = [(head, f"{percent(found.total)}{chance}")]
+    rows = [(head, f"{found.amount}{found.certainty and f' ({found.certainty})'}")]
     own = {"time_step": (of_step, TIME_STEP_PARTS), "regularisation": (split, SPLIT)}
     for name, share in found.parts.items():
         rows.append((f"  {found.name(name)}", percent(share)))

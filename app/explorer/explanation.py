@@ -245,14 +245,13 @@ def paragraphs(description: Description, explanation: Explanation | None) -> dic
 def _parts_note(difference: Difference | None) -> str:
     if difference is None:
         return "No number: a run ended early."
+    certainty = sentence(difference.certainty) if difference.certainty else ""
     if not difference.parts:
         return (
             "Its parts are not known: they exist only where all motions compared come close to repeating in the kept "
-            "periods."
+            f"periods. {certainty}".rstrip()
         )
-    if difference.measure == "sections":
-        return f"Chance explains up to {percent(difference.chance)}. The parts do not add up."
-    return ""
+    return f"{certainty} The parts do not add up.".lstrip() if difference.measure == "sections" else certainty
 
 
 def _shift_note(comparison: Comparison) -> str:

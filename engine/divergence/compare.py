@@ -321,7 +321,9 @@ class Comparison:
             raise ValueError("a run ended early, so that there is no difference: see the runs' messages")
         if self.motions.reference.period or self.is_free:
             parts = known({name: getattr(self, name) for name in self.part_names}) if self.pointwise else {}
-            return Difference("displacements", self.total, parts, law=self.runs.penalty.method.law)
+            scattered = not (self.motions.penalty.period or self.is_free)
+            windows = self.parts.of_windows() if scattered else ()
+            return Difference("displacements", self.total, parts, law=self.runs.penalty.method.law, windows=windows)
         found = self.statistics
         parts = known({name: getattr(found, name) for name in self.part_names})
         return Difference("sections", found.total, parts, found.chance, self.runs.penalty.method.law)

@@ -45,9 +45,11 @@ second order or better where the method has it, with its numerical damping. The 
 up exactly at every instant.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -62,10 +64,12 @@ from vibroscope.engine.model import System
 from vibroscope.engine.motions.description import Motion, describe
 from vibroscope.engine.motions.motion import SAMPLED_PERIODS
 from vibroscope.engine.result import Record, Response
+from vibroscope.engine.wording import percent
 
 T = TypeVar("T")
 PART_NAMES = {"time_step": "time step", "regularisation": "K and D", "joint_damping": "joint damping"}
 PARTS = tuple(PART_NAMES)
+WINDOWS = 5  # parts of the kept periods that show how much of a number is chance
 
 
 class PerSolution(NamedTuple, Generic[T]):
@@ -133,6 +137,15 @@ class DifferenceSeries:
         """
         return relative_to(rms(difference[:2]), self.size)
 
+    def of_windows(self) -> tuple[float, ...]:
+        """Return the smallest and the largest relative rms of the total in WINDOWS parts of the periods, if so many."""
+        if self.periods < WINDOWS:
+            return ()
+        per_period = self.total.shape[1] // self.periods
+        ends = [i * self.periods // WINDOWS * per_period for i in range(WINDOWS + 1)]
+        found = [self.relative(self.total[:, begin:end]) for begin, end in pairwise(ends)]
+        return min(found), max(found)
+
     def without(self, name: str) -> float:
         """Return the relative rms of the total without one of PARTS."""
         return self.relative(self.total - getattr(self, name))
@@ -190,6 +203,9 @@ class Difference:
         The largest distance of sections that may be chance; 0 for displacements.
     law : str
         The contact law of the penalty solution.
+    windows : (2,) tuple of float
+        The smallest and the largest total of the WINDOWS parts of the kept periods, of a penalty solution that does
+        not repeat itself in them; empty of others, and for sections.
     """
 
     measure: str
@@ -197,11 +213,25 @@ class Difference:
     parts: dict[str, float]
     chance: float = 0.0
     law: str = CONTACT_LAWS[0]
+    windows: tuple[float, ...] = ()
 
     def name(self, part: str) -> str | Statement:
         """Return the words for a part; of K and D with a law that is another one than the spring and the damper."""
         named = part == "regularisation" and self.law != CONTACT_LAWS[0]
         return stated("{} (law {})", PART_NAMES[part], Choice("law", (self.law,))) if named else PART_NAMES[part]
+
+    @property
+    def amount(self) -> str:
+        """The total in words, "about" so much where other periods of the same motions give another number."""
+        return f"about {percent(self.total)}" if self.certainty else percent(self.total)
+
+    @property
+    def certainty(self) -> str:
+        """How certain the total of motions is that do not repeat themselves; empty where it is exact."""
+        if self.chance and math.isfinite(self.total):
+            return f"chance explains up to {percent(self.chance)}"
+        low, high = map(percent, self.windows or (self.total, self.total))
+        return "" if low == high else f"{low} to {high} in {WINDOWS} parts of the kept periods, which do not repeat"
 
     @property
     def largest(self) -> str:

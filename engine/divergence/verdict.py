@@ -53,9 +53,10 @@ def agreement(comparison: Comparison) -> tuple[str, str | Statement]:
     """Return how far the solutions agree, as in :class:`.verdict.Verdict`, and a sentence about it."""
     if comparison.difference.measure == "sections":
         return _agreement_of_sections(comparison)
-    reference, penalty, total = comparison.reference, comparison.penalty, comparison.difference.total
+    reference, penalty, difference = comparison.reference, comparison.penalty, comparison.difference
+    total = difference.total
     impacts, kinds = _impacts_clause(reference, penalty), difference_in_kind(reference, penalty)
-    amount = f"the displacements differ by {percent(total)} (rms)"
+    amount = f"the displacements differ by {difference.amount} (rms)"
     if kinds and total <= CLOSE_CURVE:
         return "partly", stated("They agree roughly, but not in kind: {}, and {}{}.", kinds, amount, impacts)
     if kinds:
@@ -92,7 +93,7 @@ def _agreement_of_sections(comparison: Comparison) -> tuple[str, str | Statement
     else:
         first = "Neither repeats, so that only statistics can be compared"
     total, chance = difference.total, f"up to {percent(difference.chance)}"
-    head = stated("{}: the sections differ by {}", first, percent(total))
+    head = stated("{}: the sections differ by {}", first, difference.amount)
     if total <= difference.chance:
         agree = "yes" if total <= CLOSE_CURVE and not kinds else "partly"
         return agree, head + f", no more than chance explains ({chance})."

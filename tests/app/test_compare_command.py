@@ -167,6 +167,15 @@ def test_text_holds_the_verdict_and_the_parts(capsys):
     assert "nan" not in out
 
 
+def test_the_number_of_a_motion_that_does_not_repeat_is_of_its_periods(capsys):
+    """Without any change but in a last digit the same motion is 7 to 15 % off."""
+    texts = [run(capsys, f"--eta {eta} --K 12000 --D 18 --steps 2000")[1] for eta in (2.5, 2.76)]
+    numbers = [re.search(r"\(rms\) +(.*)", text)[1] for text in texts]
+    assert numbers[0] == "2.4 %"
+    low, high = re.fullmatch(r"about 12 % \((.*) % to (.*) % in 5 parts of the kept periods, .*\)", numbers[1]).groups()
+    assert 4 < float(low) < 12 < float(high) < 25
+
+
 def test_columns_hold_the_longest_name_of_a_law(capsys):
     short = "--steps 100 --periods 60 --keep 8"  # the search within a verdict takes long with this law
     _, out, _ = run(capsys, f"--eta 1.08 --K 100 --law constant-restitution --status located {short}")
