@@ -102,12 +102,12 @@ def join_negative(arguments: Sequence[str]) -> list[str]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit status. Without arguments it is a program: it takes those of the process."""
     if arguments is not None:
-        return _run(join_negative(arguments))
+        return _run_until_stopped(join_negative(arguments))
     status: list[int] = []
     atexit.register(_end_process, status)
     gc.disable()  # nothing that is imported becomes garbage
     try:
-        status.append(_run(join_negative(sys.argv[1:])))
+        status.append(_run_until_stopped(join_negative(sys.argv[1:])))
     except SystemExit as end:  # help, or bad arguments
         status.append(_status_of(end))
         raise
@@ -159,6 +159,15 @@ def _refuse_overwriting(words: Sequence[str], options: argparse.Namespace) -> No
             raise ValueError(f"{option(name)} {path}: this command has the same file twice; give another name")
 
 
+def _run_until_stopped(words: Sequence[str]) -> int:
+    """Run a command, or say that it was stopped, be it while it is still imported."""
+    try:
+        return _run(words)
+    except KeyboardInterrupt:
+        print(f"\nvibroscope {words[0] if words else ''}: stopped by Ctrl-C before its end", file=sys.stderr)
+        return 130
+
+
 def _run(words: Sequence[str]) -> int:
     was_open = open_streams()
     _leave_out_imports()
@@ -189,8 +198,6 @@ def _run(words: Sequence[str]) -> int:
     except ValueError as problem:
         print(f"{name}: {numbers.as_typed(str(problem), typed)}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:
-        return 130
     if not was_open and options.command != "serve":  # whose output nobody needs
         print(f"{name}: the standard output is closed, so that nothing was printed", file=sys.stderr)
         return status or 1

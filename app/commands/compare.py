@@ -31,12 +31,13 @@ from vibroscope.app.commands.physical_units import (
     settings_text,
     wanted_units,
 )
-from vibroscope.app.commands.report import Line, Report, Row, record
+from vibroscope.app.commands.report import Line, Report, Row, note, progress_line, record, watch_interrupt
 from vibroscope.app.explorer.force import plain_motion
 from vibroscope.app.explorer.method_words import full_words
 from vibroscope.engine import (
     FREE_PERIODS,
     PARTS,
+    Cancelled,
     Comparison,
     ComparisonQuestion,
     Method,
@@ -154,10 +155,8 @@ def run(options: argparse.Namespace) -> Report:
     refuse_without_measurement(options)
     how = {name: getattr(options, name) for name in ("periods", "keep", "initial")}
     question = ComparisonQuestion(system, eta, stepping_of(options), reference=reference_of(options), **how)
-    comparison = compare(question)
-    if not comparison.is_free:
-        comparison = comparison.with_evidence()
-    judgement, units, method = verdict(comparison), wanted_units(options), comparison.runs.penalty.method
+    comparison, judgement = _compared(question)
+    units, method = wanted_units(options), comparison.runs.penalty.method
 
     def data() -> dict:
         more = {"series": _series_json(comparison)} if options.series else {}
@@ -171,6 +170,35 @@ def run(options: argparse.Namespace) -> Report:
         yield from _physical_lines(comparison, units) if units else ()
 
     return Report(lines(), data, units and units.of_contact(method))
+
+
+_STAGES = ("four runs", "evidence for both motions", "search over K, D and the step")
+_LONG_RUN = 50_000_000  # steps: where they cannot be skipped, a run takes some seconds
+
+
+def _compared(question: ComparisonQuestion) -> tuple[Comparison, Verdict]:
+    """The comparison and its verdict; says beforehand what takes long, and where it is. Ctrl-C ends it."""
+    per_run = question.periods * question.penalty.steps
+    if per_run > _LONG_RUN:
+        note(
+            f"{question.periods:,} periods of {question.penalty.steps:,} steps are {per_run:,} steps in each run, and "
+            "the search makes dozens of runs: it takes minutes where no steps can be skipped; fewer --periods or "
+            "--steps take less; Ctrl-C ends it"
+        )
+    show = progress_line(lambda done: f"{'; '.join(_STAGES[: int(done) + 1])} ...", len(_STAGES)) or (lambda done: None)
+    with watch_interrupt() as cancelled:
+        try:
+            show(0)
+            comparison = compare(question, cancelled=cancelled)
+            show(1)
+            if not comparison.is_free:
+                comparison = comparison.with_evidence(cancelled)
+            show(2)
+            judgement = verdict(comparison, cancelled=cancelled)
+            show(3)
+        except Cancelled:
+            raise KeyboardInterrupt from None
+    return comparison, judgement
 
 
 def _splits(comparison: Comparison) -> tuple[Regularisation | None, TimeStepParts | None]:

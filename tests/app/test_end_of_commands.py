@@ -1,6 +1,7 @@
 """A short run begins without what it does not need, and ends with its status, after all that waits for its end."""
 
 import json
+import signal
 import subprocess
 import sys
 
@@ -61,3 +62,14 @@ def test_a_program_that_ends_in_another_way_has_the_status_that_python_gives_it(
     command = [sys.executable, "-c", ENDING.format(code=code)]
     found = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (found.returncode, found.stdout, found.stderr) == (status, "", printed)
+
+
+def test_a_long_comparison_says_so_beforehand_and_ctrl_c_ends_it():
+    words = "compare --eta 2.76 --K 12000 --D 18 --steps 1000000".split()
+    run = [sys.executable, "-c", "import sys; from vibroscope.app.commands.cli import main; sys.exit(main())", *words]
+    with subprocess.Popen(run, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert "2,050,000,000 steps in each run" in process.stderr.readline()
+        process.send_signal(signal.SIGINT)
+        out, said = process.communicate(timeout=60)
+    assert (process.returncode, out) == (130, "")
+    assert said.strip() == "vibroscope compare: stopped by Ctrl-C before its end"
