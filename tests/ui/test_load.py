@@ -43,3 +43,15 @@ def test_a_record_is_chosen_or_dropped_and_stays_out_of_explore(kept, tmp_path):
     wait_until(lambda: "Line 1: columns 'x', 'y', 'z'; give one named time" in said(explorer), what="what is wrong")
     explorer.open_tab("Explore")
     assert explorer.page.locator(".measurement-card").locator("visible=true").count() == 0
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
+def test_typed_numbers_of_a_load_are_seen_whole(kept, width, height):
+    explorer = kept(QUERY).at(units="si", omega1="158.113883").resized(width, height)
+    panel(explorer).locator("select").first.select_option("sweep")
+    fields = panel(explorer).locator(".numbers input:visible")
+    wait_until(lambda: fields.count() == 5, what="the numbers of a sweep")
+    grid = panel(explorer).locator(".numbers").evaluate("(grid) => [grid.scrollWidth, grid.clientWidth]")
+    assert grid[0] <= grid[1]
+    seen = fields.evaluate_all("all => all.map((each) => [each.value, each.scrollWidth, each.clientWidth])")
+    assert all(value and text <= place for value, text, place in seen), seen
