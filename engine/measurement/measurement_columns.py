@@ -21,6 +21,7 @@ _MILLIMETRES = {"m": 1e3, "cm": 10.0, "mm": 1.0, "µm": 1e-3, "μm": 1e-3, "um":
 _NEWTONS = {"N": 1.0, "kN": 1e3, "mN": 1e-3, "lbf": 4.4482216152605}
 _ACCELERATION = {"m/s²": 1e3, "m/s2": 1e3, "m/s^2": 1e3, "mm/s²": 1.0, "mm/s2": 1.0, "mm/s^2": 1.0, "g": 9806.65}
 _UNITS = {"time": _SECONDS, "contact": {}, SERIES: {}, "force": _NEWTONS} | dict.fromkeys(ACCELERATIONS, _ACCELERATION)
+NO_HEADER = "(no header)"  # behind the line where the numbers begin
 _DIMENSIONLESS = ("", "-", "1")
 MOST_LISTED = 20  # columns that an error names
 _HEADER = re.compile(r"\s*(.*?)\s*(?:\[\s*([^\[\]]*?)\s*\]|\(\s*([^()]*?)\s*\)|/\s*([^\s/]+))?\s*")
@@ -94,6 +95,11 @@ def unit_factor(unit: str, quantity: str) -> float | None:
     return 0.0 if unit in _DIMENSIONLESS else sizes.get(unit)
 
 
+def without_header(where: str, example: str) -> str:
+    """The words of a refusal of a file whose first line is one of numbers."""
+    return f"{where}: nothing says what its numbers are; begin the file with a line, as {example}"
+
+
 def find_columns(header: list[str], where: str, units: Units, chosen: Mapping[str, str] | None) -> list[Column]:
     """Find out which column is what.
 
@@ -115,7 +121,12 @@ def find_columns(header: list[str], where: str, units: Units, chosen: Mapping[st
     ValueError
         If a column is given twice, a unit is unknown, or columns with and without a unit are mixed.
     """
+    unnamed = without_header(where, "time [s], x1 [mm]") if NO_HEADER in where else ""
+    if unnamed and not chosen:
+        raise UnknownColumns(f"{unnamed}, or say which column is which", tuple(header))
     places = _chosen_places(header, chosen) if chosen else _known_places(header, where)
+    if unnamed and any(not unit for name, (_, unit) in places.items() if name not in ("contact", "force")):
+        raise ValueError(f"{unnamed}, or give each column its unit, as time=1 [s], or [-] without dimension")
     names = set(places)
     displaced = [pair for pair in PAIRS.values() if pair[0] in names]
     wanted = displaced or [pair for pair in (ACCELERATIONS,) if pair[0] in names]

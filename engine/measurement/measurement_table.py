@@ -19,7 +19,13 @@ import zlib
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from vibroscope.engine.measurement.measurement_columns import is_units_row, name_and_unit, names_time, with_units
+from vibroscope.engine.measurement.measurement_columns import (
+    NO_HEADER,
+    is_units_row,
+    name_and_unit,
+    names_time,
+    with_units,
+)
 
 _BEGINNING = 64  # bytes by which UTF-16 is known that does not say so
 MEASUREMENT_SIZE_LIMIT = 16 * 2**20  # bytes, unpacked; some 400,000 samples
@@ -128,8 +134,10 @@ def table_of(lines: list[str]) -> Table:
     at = _header_line(texts, start, data, delimiter)
     titles = {cells[0]: cells[1:] for text in texts[start:data] if (cells := cells_of(text, delimiter))}
     if at is None:
-        at, begin, where = data, data, f"line {data + 1} (no header)"
-        header = _commented_header(lines[:data], texts[data], delimiter) or cells_of(texts[data], delimiter)
+        at, begin = data, data
+        commented = _commented_header(lines[:data], texts[data], delimiter)
+        header = commented or cells_of(texts[data], delimiter)
+        where = f"line {data + 1}" if commented else f"line {data + 1} {NO_HEADER}"
     else:
         where = f"line {at + 1}"
         header, begin = _with_units(texts, at, delimiter, titles)

@@ -17,7 +17,14 @@ from pathlib import Path
 
 import numpy as np
 from vibroscope.engine.load import SIZE_RANGE, Load, quantity_of
-from vibroscope.engine.measurement.measurement_columns import ACCELERATIONS, name_and_unit, names_time, unit_factor
+from vibroscope.engine.measurement.measurement_columns import (
+    ACCELERATIONS,
+    NO_HEADER,
+    name_and_unit,
+    names_time,
+    unit_factor,
+    without_header,
+)
 from vibroscope.engine.measurement.measurement_table import MEASUREMENT_SIZE_LIMIT, lines_of, number_in, table_of
 from vibroscope.engine.system_file import read_file
 from vibroscope.engine.units import Units
@@ -67,10 +74,10 @@ def parse_record(content: bytes, units: Units | None = None, on: str = "base") -
     if peer:
         return _peer(lines, peer, units, on)
     table = table_of(lines)
-    if "(no header)" in table.where:  # what its numbers count is not known
+    if NO_HEADER in table.where:  # what its numbers count is not known
         quantity = quantity_of(on)
         example = f"time {_AS['time'].split()[0]}, {_NAMES[quantity][0]} {_AS[quantity].split()[0]}"
-        raise ValueError(f"{table.where}: nothing says what its numbers are; begin the file with a line, as {example}")
+        raise ValueError(without_header(table.where, example))
     time, value = _places(table.header, table.where, quantity_of(on))
     factors = []
     for place, quantity in (time, "time"), (value, quantity_of(on)):

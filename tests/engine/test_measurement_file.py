@@ -234,6 +234,14 @@ def test_columns_that_are_chosen_wrongly_are_named(columns, words):
         parse_measurement(text(), UNITS, columns)
 
 
+def test_columns_of_a_file_without_header_need_units():
+    """As those of a record: they were taken for numbers without dimension."""
+    content = b"\n".join(row.encode() for row in ROWS)
+    with pytest.raises(ValueError, match=r"line 1 \(no header\): nothing says .* or give each column its unit"):
+        parse_measurement(content, UNITS, {"time": "1", "x1": "2"})
+    assert len(parse_measurement(content, UNITS, {"time": "1 [-]", "x1": "2 [-]"}))
+
+
 def test_a_file_of_the_page_is_read_with_its_time_in_periods():
     rows = [f"{name},{i / 8},{i}" for name in ("reference", "penalty") for i in range(20)]
     content = text("series,time,xi1", rows)
@@ -290,7 +298,7 @@ def test_column_names_mark_relative_displacements_and_the_contact_sensor():
         (b"# nothing\n", "line 1: the file has no header"),
         (b",,,", "line 1: the header names no column; begin the file with: time"),
         (text("t [s],Disp [mm],other"), r"line 1: columns 't \[s\]', 'Disp \[mm\]', 'other'; give time and"),
-        (b"\n".join(row.encode() for row in ROWS), r"line 1 \(no header\): columns '0.0', '0', '0'; give time"),
+        (b"\n".join(row.encode() for row in ROWS), r"line 1 \(no header\): nothing says what its numbers are"),
         (text("time [s],x1 [mm],x1 [mm]"), "line 1, column 3: a second column x1"),
         (
             text("time [s],x1 [mm],xi2 [mm]"),

@@ -62,7 +62,7 @@ function columnPicker(model) {
   const box = element("fieldset", "columns", [element("legend", "", "Which column is what?")]);
   const rows = COLUMNS.map(([name, words, units]) => {
     const column = element("select");
-    const unit = choice([["", "unit of the header, or none"], ...units.map((each) => [each, each])]);
+    const unit = choice([["", "unit of the header, or none"], ["-", "without dimension"], ...units.map((each) => [each, each])]);
     unit.setAttribute("aria-label", `Unit: ${words}`);
     box.append(element("div", "", [element("label", "", [`${words} `, column]), unit]));
     return { name, column, unit };
