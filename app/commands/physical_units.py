@@ -19,15 +19,18 @@ def add_units_option(command: argparse.ArgumentParser) -> None:
         "--units",
         nargs="?",
         const="si",
-        choices=tuple(UNIT_SYSTEMS),
-        help="also in physical units: si (m, kg, s, N; the default) or mm-t-s (mm, t, s, N), counted in the system "
-        "file's omega1, m1 and base amplitude (without one 1 1/s, 1 kg, 1.07 mm)",
+        choices=(*UNIT_SYSTEMS, "none"),
+        help="also in physical units: si (m, kg, s, N; the default, also without this option where the system file "
+        "has units of its own) or mm-t-s (mm, t, s, N), counted in the system file's omega1, m1 and base amplitude "
+        "(without one 1 1/s, 1 kg, 1.07 mm)",
     )
 
 
 def wanted_units(options: argparse.Namespace) -> Units | None:
-    """The units, or None where ``--units`` is not given."""
-    return replace(units_of(options), system=options.units) if options.units else None
+    """The units to print in; None with ``none``, and by default where the numbers of the system have no dimension."""
+    own = units_of(options)
+    chosen = options.units or ("none" if own == Units() else "si")
+    return None if chosen == "none" else replace(own, system=chosen)
 
 
 def physical_part(units: Units | None, eta: float, method: Method, **more: object) -> dict:
