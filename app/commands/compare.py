@@ -143,7 +143,8 @@ def add(command: OneLineParser) -> None:
 
 def run(options: argparse.Namespace) -> Report:
     """Compare."""
-    refuse_missing(options, "newmark")
+    if options.measured is None:
+        refuse_missing(options, "newmark")
     eta, system = eta_of(options), system_of(options)
     if options.measured is not None:
         note_unused(options, ["series", "keep", "alone"], "with --measured")

@@ -4,7 +4,7 @@ import argparse
 import math
 from collections.abc import Iterator
 
-from vibroscope.app.commands.options import reference_of, stepping_of, units_of
+from vibroscope.app.commands.options import reference_of, refuse_missing, stepping_of, units_of
 from vibroscope.app.commands.physical_units import wanted_units
 from vibroscope.app.commands.report import Report, record
 from vibroscope.engine import (
@@ -23,6 +23,7 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.facts import joined
 
+_WHY = "; --measured lays the penalty solution over the measurement, too, also where --fit is of the reference alone"
 _COLUMNS = 28, 20, 20, 20  # characters, at least
 
 
@@ -91,6 +92,7 @@ def measured_report(options: argparse.Namespace, system: System, **how: int) -> 
 
     ``how``: more arguments of :func:`engine.compare_measured`.
     """
+    refuse_missing(options, "newmark", _WHY)
     measurement, penalty, fitted = _read(options), stepping_of(options), None
     if options.fit:
         names = None if options.fit is True else options.fit

@@ -6,6 +6,7 @@ unit, as ``--K "1e6 N/m"``, stays a `Measured` until `resolve_units`, when all o
 
 import argparse
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -24,6 +25,7 @@ from vibroscope.app.runtime.number_text import (
     steps_of_time,
     two_meanings,
 )
+from vibroscope.engine import SystemFile, Units
 
 # Quantities of the numbers of a state.
 STATE = {"xi1": "displacement", "v1": "velocity", "xi2": "displacement", "v2": "velocity"}
@@ -151,7 +153,8 @@ def span(text: str, quantity: str, example: str = "a:b:n, as 100:60000:64") -> t
 def resolve_units(options: argparse.Namespace) -> dict[str, str]:
     """Put the number of the model in place of each one with a unit; raises ValueError in words.
 
-    Returns what was typed for each such number, by the number as the words of a refusal have it, for `as_typed`.
+    Returns what was typed for each such number, by the number as the words of a refusal have it, for `as_typed`: by
+    its name too, or by the number alone where no other is the same.
     """
     given, typed = vars(options), {}
     plain = {repr(value) for value in given.values() if isinstance(value, float | int)}  # which were not typed so
@@ -159,17 +162,38 @@ def resolve_units(options: argparse.Namespace) -> dict[str, str]:
         before, given[name] = given[name], _resolved(given[name], name, options)
         many = isinstance(before, tuple)
         for text, number in zip(before, given[name], strict=True) if many else [(before, given[name])]:
-            if isinstance(text, Measured) and repr(number) not in plain:
+            if not isinstance(text, Measured):
+                continue
+            size = math.nan if text.quantity == STEPS else _resolved(replace(text, number=1.0), name, options)
+            typed[f"{name} = {number!r} is "] = text, size
+            if repr(number) not in plain:
                 plain.add(repr(number))
-                typed[repr(number)] = text.text.strip()
+                typed[f" = {number!r} is "] = text, size
     return typed
 
 
-def as_typed(words: str, typed: Mapping[str, str]) -> str:
-    """The words of a refusal, with what was typed behind the number of the model that they name."""
-    for number, text in typed.items():
-        words = words.replace(f" = {number} is ", f" = {number} ({text}) is ", 1)
+_RANGE = re.compile(r"(outside [\[(])([^,\s]+), ([^\])]+)([\])])")
+_OF_PAPER = re.compile(r"; the paper uses [^:;]*$")
+
+
+def as_typed(words: str, typed: Mapping[str, tuple[Measured, float]], file: SystemFile | None = None) -> str:
+    """The words of a refusal, with what was typed behind the number of the model that they name, and its range so.
+
+    The numbers of the paper are no advice for the system of a file that is counted in units of its own.
+    """
+    words = words if file is None or file.units == Units() else _OF_PAPER.sub("", words)
+    for named, (given, size) in typed.items():
+        if named not in words:
+            continue
+        words = words.replace(named, f"{named.removesuffix(' is ')} ({given.text.strip()}) is ", 1)
+        return words if math.isnan(size) else _RANGE.sub(partial(_in_unit, given.unit, size), words, count=1)
     return words
+
+
+def _in_unit(unit: str, size: float, found: re.Match) -> str:
+    """A range of the model, and the same in a unit of this size."""
+    low, high = (f"{float(end) / size:.4g}" for end in found.group(2, 3))
+    return f"{found[0]} ({low} to {high} {unit})"
 
 
 def _resolved(value: object, name: str, options: argparse.Namespace) -> object:

@@ -287,8 +287,8 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> TimeStepping:
     return replace(with_located_steps(method), every_step=every_step) if located else method
 
 
-def refuse_missing(options: argparse.Namespace, solver: str) -> None:
-    """Raise ValueError that names all numbers that are not given, of eta and of those that a solver needs."""
+def refuse_missing(options: argparse.Namespace, solver: str, why: str = "") -> None:
+    """Raise ValueError that names all numbers that are not given, of eta and of those that a solver needs, and why."""
     follows = solver == "newmark" and hasattr(options, STEP_SCALE)  # K may follow the step
     instead = {  # whether something else stands for a number, and what that could be
         "eta": (options.system.usual_eta is not None, OTHER_ETA),
@@ -302,7 +302,7 @@ def refuse_missing(options: argparse.Namespace, solver: str) -> None:
     missing = [name for name in ("eta", *NEEDED[solver]) if getattr(options, name, 0) is None and not instead[name][0]]
     if missing:
         who = f"the {solver} solver" if hasattr(options, "solver") else "a penalty solution"
-        raise ValueError(missing_words(who, {name: instead[name][1] for name in missing}))
+        raise ValueError(missing_words(who, {name: instead[name][1] for name in missing}) + why)
 
 
 def missing_words(who: str, missing: Mapping[str, str]) -> str:

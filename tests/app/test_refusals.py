@@ -89,12 +89,13 @@ REFUSED = {
         NUMBERS --eta nan | eta = nan
         --eta 1.08 --K 2500 --D 8 | --steps
         NUMBERS --fit | --measured
+        --eta 1.08 --steps 9 --D 8 --measured m.csv --fit restitution | needs --K; ... --fit is of the reference
         NUMBERS --columns time=1 | --columns needs a measurement
         NUMBERS --columns time | is no list of columns: write it as
         NUMBERS --exponent 1.5 | --exponent is no number of the law ... give --law
         --D 18 | a penalty solution needs --eta, --K, --steps; the paper's numbers: --eta 2.76 --K 12000 --steps 8000
         --eta 1.08 --D 18 --steps 99 | needs --K; ... in place of --K --stiffness-of-step
-        --system my.toml --K '-1e6 N/m' --D 1 --steps 100 | (-1e6 N/m) is outside [1e-06, 1e+12]
+        --system my.toml --K '-1e6 N/m' --D 1 --steps 100 | (-1e6 N/m) is outside [1e-06, 1e+12] ( ... N/m): give
         NUMBERS --stiffness-of-step 0.1 | --stiffness-of-step: not allowed with argument --K""",
     "peaks": """
         NUMBERS --transmissibility t.csv | --eta-range go together
@@ -107,6 +108,7 @@ REFUSED = {
         --system box.toml --base-sawtooth '50 g,6 ms' --write s.csv | go together
         --system box.toml --force-sawtooth '5 N,6 ms' --shock-response 1:2:3 --write s.csv | motion of the base""",
     "impact": """
+        --K '0 N/mm' --restitution 0.5 | K = 0.0 (0 N/mm) is outside ... (1e-09 to 1e+09 N/mm): give a contact stiffness
         --restitution 0.5 | --K --permitted-penetration --permitted-force --materials --moreau-jean
         --K 1e5 --D 3 --time-step 0 | --time-step 0: give a step above 0, or leave it out
         --permitted-force '1 kN' --D 3 | give --restitution in place of --D
