@@ -281,7 +281,7 @@ def _restitution_sentences(
     method, system, speed = run.method, run.system, comparison.closing_speed
     if math.isnan(contact.given):
         return ()
-    who = "In a contact of this K and D alone the bodies part" if math.isnan(contact.measured) else "The bodies part"
+    where = "In a contact of this K and D alone" if math.isnan(contact.measured) else "In the motion"
     of_ratio = ""
     if method.linear:
         of_ratio = (
@@ -294,7 +294,15 @@ def _restitution_sentences(
     ways = [] if as_asked else _ways_to_rebound(comparison, speed, cancelled)
     if ways:
         asked += stated(", which {} alone gives", joined(" or ", ways))
-    return (stated("{} with {} of the speed at which they meet{}; {}.", who, share(contact.given), of_ratio, asked),)
+    return (
+        stated(
+            "{} the bodies part with {} of the speed at which they meet{}; {}.",
+            where,
+            share(contact.given),
+            of_ratio,
+            asked,
+        ),
+    )
 
 
 def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Callable[[], bool] | None) -> list[Statement]:
@@ -336,7 +344,8 @@ def contact_sentences(comparison: Comparison, contact: Conditions) -> tuple[str 
         alone = _time(contact.duration, 4)
         sentences.append(stated("A contact of this K and D alone lasts {}: {} steps.{}", alone, steps, beside))
     if contact.alone is not None:
-        sentences.append(contact.alone.sentence)
+        once = "two bodies that meet once, without the springs, loads and further contacts of the motion"
+        sentences.append(f"{contact.alone.sentence} Alone means {once}.")
     return tuple(sentences)
 
 

@@ -152,6 +152,10 @@ def test_text_holds_the_verdict_and_the_parts(capsys):
     _, out, _ = run(capsys, "--eta 1.08 --K 2500 --D 8 --steps 2000")
     assert "The joint damping is to blame" in " ".join(out.split())
     lines = [line.split("  ")[0] or line.strip().split("  ")[0] for line in out.splitlines()]
+    once = " ".join(out.split())
+    assert "In the motion the bodies part with" in once
+    assert "the restitution e asks for" in once
+    assert "Alone means two bodies that meet once" in once
     for name in (
         "difference (rms)",
         "time step",

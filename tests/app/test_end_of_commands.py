@@ -65,7 +65,7 @@ def test_a_program_that_ends_in_another_way_has_the_status_that_python_gives_it(
 
 
 def test_a_long_comparison_says_so_beforehand_and_ctrl_c_ends_it():
-    words = "compare --eta 2.76 --K 12000 --D 18 --steps 1000000".split()
+    words = ["compare", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "1000000"]
     run = [sys.executable, "-c", "import sys; from vibroscope.app.commands.cli import main; sys.exit(main())", *words]
     with subprocess.Popen(run, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert "2,050,000,000 steps in each run" in process.stderr.readline()
