@@ -18,7 +18,6 @@ from vibroscope.app.commands.physical_units import (
 )
 from vibroscope.app.commands.report import Line, Report, Row, record, rows
 from vibroscope.engine import Method, Response, System, counted, free_length, simulate
-from vibroscope.engine.motions.words import of_section
 
 _KEEP = default_of(simulate, "keep")
 _LAST = 4  # kept periods, by which a free vibration is seen to rest
@@ -173,6 +172,8 @@ def _motion_text(response: Response, found: "engine.Motion", initial: Sequence[f
             return engine.repetition(engine.motion(response.system, response.eta, method, initial=initial))
     if not found.near_period and response.keep < 4:
         return f"{response.keep} kept periods are too few to show a cycle"
+    from vibroscope.engine.motions.words import of_section  # for people: scripts need not wait for it
+
     within = "" if found.near_period else f" within {response.keep // 2} periods"
     return of_section(f"{engine.repetition(found)}{within}", found.period, method.has_step)
 
