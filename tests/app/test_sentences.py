@@ -101,7 +101,7 @@ def test_bodies_that_nothing_damps_and_that_never_touch(capsys, tmp_path):
     file = tmp_path / "my.toml"
     file.write_text(UNDAMPED)
     method = ["--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "100"]
-    assert main(["motion", "--solver", "newmark", *method, "--system", str(file)]) == 0
+    assert main(["motion", "--solver", "newmark", *method, "--system", str(file), "--units", "none"]) == 0
     out, err = capsys.readouterr()
     said = " ".join(out.split())
     assert "without a time step the motion is quasi-periodic" in said
