@@ -163,6 +163,18 @@ def test_cells_that_blow_up_are_marked(monkeypatch):
     assert classes.class_image(result, "exact", "period")[row, column] == classes.DIVERGED
 
 
+def test_the_motions_of_coarse_cells_of_a_plane_are_judged_first():
+    question = PlaneQuestion(SYSTEM, 2.76, 300, False, False, (10.0, 1e5), (0.1, 100.0), judged=True)
+    shape = (plane.COUNT, plane.COUNT)
+    values = {"status": np.zeros(shape, int), "period": np.full(shape, 3), "exact_period": np.zeros(shape, int)}
+    rows, columns = np.unravel_index(plane.PartialPlane(question, values).open_cells, shape)
+    assert len(set(zip(rows, columns, strict=True))) == plane.COUNT**2
+    for stride in (32, 16, 8, 4, 2):
+        first = slice((plane.COUNT // stride) ** 2)
+        assert not (rows[first] % stride).any()
+        assert not (columns[first] % stride).any()
+
+
 def test_a_plane_that_is_cancelled_stops():
     question = PlaneQuestion(SYSTEM, 2.76, 2000, False, False, (10.0, 1e5), (0.1, 100.0))
     with pytest.raises(Cancelled):
