@@ -92,3 +92,8 @@ def test_the_first_impact_of_the_reference_is_where_a_run_has_it(eta):
     run = simulate(SYSTEM, eta, Reference(), periods=2000, keep=reference.period)
     (first,) = run.impacts.time
     assert reference.first_impact == pytest.approx(first / run.period % 1, abs=1e-6)
+
+
+def test_a_run_without_samples_is_refused():
+    with pytest.raises(ValueError, match="holds no samples"):
+        samples_by_period(simulate(SYSTEM, 2.76, Reference(), periods=2, keep=1))

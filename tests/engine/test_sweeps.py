@@ -202,8 +202,13 @@ def test_an_amplitude_or_a_second_clearance_is_swept(name):
         (lambda: spaced("eta", 1, 2, 1e12), "count of eta"),
         (lambda: spaced("eta", 1, 2, 0), "count of eta = 0"),
         (lambda: spaced("eta", 2, 1, 3), "empty range"),
+        (lambda: spaced("eta", 2, 2, 3), "empty range"),
     ],
 )
 def test_bad_input_is_refused_before_any_work(sweep, text):
     with pytest.raises(ValueError, match=text):
         sweep()
+
+
+def test_a_range_of_one_value_may_end_where_it_begins():
+    assert spaced("eta", 2, 2, 1).tolist() == [2.0]
