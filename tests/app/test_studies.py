@@ -74,6 +74,13 @@ def test_both_planes_are_what_single_runs_give(small_plane):
             assert result.shown(side, "impacts_per_period")[row, column] == pytest.approx(found.impacts_per_period)
 
 
+def test_kinds_stand_in_the_files_of_the_penalty_solution_where_they_are_asked_for(small_plane):
+    result = small_plane[-1]
+    judged = plane.PartialPlane(result.question._replace(judged=True), result.values)
+    kinds = [{side: "kind" in each.data()[side] for side in plane.SIDES} for each in (result, judged)]
+    assert kinds == [{"penalty": False, "exact": False}, {"penalty": True, "exact": False}]
+
+
 def test_a_plane_that_was_stopped_goes_on_to_the_very_same(small_plane, monkeypatch):
     monkeypatch.setattr(plane, "COUNT", 12)
     monkeypatch.setattr(plane, "TRANSIENT", 150)
