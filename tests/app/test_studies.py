@@ -92,6 +92,13 @@ def test_a_plane_that_was_stopped_goes_on_to_the_very_same(small_plane, monkeypa
             np.testing.assert_array_equal(resumed.tables[side][name], table)
 
 
+def test_a_plane_has_errors_where_a_cell_has_one(small_plane):
+    result = small_plane[-1]
+    assert result.has_errors
+    nowhere = result.values | {"error": np.full_like(result.values["error"], np.nan)}
+    assert not plane.PartialPlane(result.question, nowhere).has_errors
+
+
 def test_what_is_not_known_yet_is_shown_coarsely(small_plane):
     result = small_plane[0]
     assert result.known[0, 0]
