@@ -22,6 +22,7 @@ from vibroscope.engine import (
 from vibroscope.engine.divergence.compare import error_from_penalty_state, wasserstein_distance
 from vibroscope.engine.divergence.encounters import match_encounters
 from vibroscope.engine.divergence.error import Target
+from vibroscope.engine.divergence.grid import settled_length
 from vibroscope.engine.divergence.parts import PARTS
 from vibroscope.engine.law_table import restitution_of, restitution_without_pull
 
@@ -211,6 +212,20 @@ def run_with(instants, keep):
     times = run.window[0] + instants * run.period
     impacts = Impacts(times, zeros[:, 0], zeros, zeros, zeros[:, 0], zeros[:, 0])
     return replace(run, keep=keep, impacts=impacts, contacts=np.empty((0, 2)), method=ExactPenalty(1e3, 1))
+
+
+def test_runs_are_made_no_longer_than_until_they_repeat():
+    asked = []
+    base = simulate(SYSTEM, 2.76, Newmark(12000, 18, 2000), periods=2, keep=1)
+
+    def run(name, periods, keep):
+        asked.append(periods)
+        rows = np.arange(keep) if (name, periods) == ("reference", 2000) else np.zeros(keep)
+        return replace(base, keep=keep, section=np.column_stack([1.0 + rows] * 4))
+
+    settled, kept = settled_length(run, 2000, 50)
+    assert (settled, kept) == (max(asked), 50)
+    assert len(set(asked)) == 2
 
 
 # --------------------------------------------------------------------------------------------------------- statistics
