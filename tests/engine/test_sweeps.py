@@ -70,6 +70,9 @@ def test_refinement_halves_the_intervals_where_the_motion_changes_and_leaves_the
         inside = ((fine["eta"] > left) & (fine["eta"] < right)).sum()
         assert (inside >= 3) == (i in changed)
         assert inside <= 7
+    alike = sweep(EtaStudy(System(), Reference(), values=[2.70, 2.72], refine=2, **SHORT))
+    assert alike["eta"].values.tolist() == [2.70, 2.72]
+    assert alike["period"].values.tolist() == [1, 1]
 
 
 def test_a_sweep_over_another_parameter_is_a_sweep_of_runs():
