@@ -39,7 +39,7 @@ class Encounters:
     restitution: float
 
 
-def match_encounters(reference: Response, penalty: Response, period: int, shift: int = 0) -> Encounters:
+def match_encounters(reference: Response, penalty: Response, period: int, shift: int) -> Encounters:
     """Match the kept impacts of two runs of equal length.
 
     Parameters
@@ -117,10 +117,7 @@ def _delays(impacts: np.ndarray, contacts: np.ndarray) -> np.ndarray:
 
 
 def _nearest(values: np.ndarray, candidates: np.ndarray) -> np.ndarray:
-    """Return for each value the index of the nearest candidate; candidates in ascending order."""
-    if len(candidates) > 1:
-        right = np.clip(np.searchsorted(candidates, values), 1, len(candidates) - 1)
-    else:
-        right = np.zeros(len(values), int)
-    left = np.maximum(right - 1, 0)
+    """Return for each value the index of the nearest candidate: of two or more, in ascending order."""
+    right = np.clip(np.searchsorted(candidates, values), 1, len(candidates) - 1)
+    left = right - 1
     return np.where(values - candidates[left] <= candidates[right] - values, left, right)

@@ -171,3 +171,12 @@ def test_stretches_of_the_strip_differ_in_colour_or_pattern_for_colour_blind_rea
     for (one, a, pattern), (other, b, hatch) in itertools.combinations(strip_key(), 2):
         for seen in SEEN if pattern == hatch else ():  # these colours are the same in both themes
             assert distance(one, other, seen) >= LEAST_OF_CELLS, (a, b, seen)
+
+
+def test_a_picture_without_a_class_of_its_key_says_what_its_colours_show():
+    blown_up = np.full((8, 8), cell_classes.DIVERGED, np.uint8)
+    assert cell_classes.most_frequent(blown_up, "period") == "period"
+    blown_up[0, :4] = cell_classes.PALETTE.index(cell_classes.COLOURINGS["period"].classes[1][1])
+    second = cell_classes.COLOURINGS["period"].classes[1][0]
+    blown_up[1] = cell_classes.UNKNOWN
+    assert cell_classes.most_frequent(blown_up, "period") == f"period {second} in 7.1 % of the cells"

@@ -110,3 +110,10 @@ def test_a_penalty_solution_with_too_many_steps_leaves_the_reference_and_says_wh
     assert list(tab.result.runs) == ["reference"]
     tab = shown(SETTING._replace(steps=10**7))
     assert "Steps = 20000000 is outside" in tab.words()["Nothing to show"]
+
+
+def test_a_penalty_solution_that_blows_up_leaves_the_reference_and_says_why(shown):
+    tab = shown(SETTING._replace(integrator="central-difference", K=1e5, steps=60))
+    assert "the gap passed" in tab.words()["Do they agree?"]
+    assert [solver for solver, _ in tab.result.whole()] == ["reference"]
+    assert {solver for solver, _ in tab.result.curves} == {"load", "reference"}

@@ -1,5 +1,7 @@
 """The curves of bifurcations over the cells of the K–D plane: searched for, drawn, listed and taken away."""
 
+import re
+
 import numpy as np
 import pytest
 from vibroscope.app.explorer.link import View
@@ -11,7 +13,7 @@ from vibroscope.app.page.shared.figure import legend, make_figure
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import plane_curves as study
 from vibroscope.app.studies.plane_curves import CurvesQuestion, PartialCurves, grow_curves
-from vibroscope.engine import Cancelled, PointCurve, System
+from vibroscope.engine import Cancelled, PointCurve, PointCurves, System
 
 from tests.app.fakes import FakeHost, send
 from tests.few_seeds import few_seeds
@@ -74,6 +76,14 @@ def test_a_search_that_is_cancelled_or_out_of_time_says_so(monkeypatch):
     *_, last = grow_curves(QUESTION, None, never)
     assert (last.curves, last.share) == ((), 1)
     assert last.cut.startswith("The search ended after -1 s")
+
+
+def test_points_that_cannot_be_followed_are_counted(monkeypatch):
+    monkeypatch.setattr(study, "SEARCH", {"max_period": 1, "most_orbits": 200})
+    monkeypatch.setattr(PointCurves, "follow", lambda *_: (_ for _ in ()).throw(ValueError("lost")))
+    with few_seeds():
+        *_, last = grow_curves(QUESTION, None, never)
+    assert re.fullmatch(r"\d+ points of branches could not be followed\.", last.cut)
 
 
 def test_curves_are_drawn_over_both_planes_and_listed(shown):

@@ -134,6 +134,13 @@ def test_what_blew_up_is_said_and_neither_drawn_nor_ringed():
     assert [series.label for series in tab.table("speed")] == list(KINDS)
 
 
+def test_a_step_that_blows_up_costs_what_its_steps_would_have_cost_to_the_end():
+    coarse = Setting(eta=2.76, K=12000.0, D=18.0, integrator="central-difference", steps=60)
+    run = speed.solvers(question_of(coarse))[SolverKey("fixed", 60)](200, never)
+    assert np.isnan(run.state).all()
+    assert run.solves == 60 * 200
+
+
 def test_words_count_what_the_located_step_would_save():
     good = made({SolverKey("located", 100): 1e-9})  # 200 solves instead of 400
     text = dict(statements(SETTING, good))["With the step cut where contact changes"]

@@ -74,6 +74,13 @@ def test_both_planes_are_what_single_runs_give(small_plane):
             assert result.shown(side, "impacts_per_period")[row, column] == pytest.approx(found.impacts_per_period)
 
 
+def test_kinds_stand_in_the_files_of_the_penalty_solution_where_they_are_asked_for(small_plane):
+    result = small_plane[-1]
+    judged = plane.PartialPlane(result.question._replace(judged=True), result.values)
+    kinds = [{side: "kind" in each.data()[side] for side in plane.SIDES} for each in (result, judged)]
+    assert kinds == [{"penalty": False, "exact": False}, {"penalty": True, "exact": False}]
+
+
 def test_a_plane_that_was_stopped_goes_on_to_the_very_same(small_plane, monkeypatch):
     monkeypatch.setattr(plane, "COUNT", 12)
     monkeypatch.setattr(plane, "TRANSIENT", 150)
@@ -83,6 +90,13 @@ def test_a_plane_that_was_stopped_goes_on_to_the_very_same(small_plane, monkeypa
     for side in plane.SIDES:
         for name, table in small_plane[-1].tables[side].items():
             np.testing.assert_array_equal(resumed.tables[side][name], table)
+
+
+def test_a_plane_has_errors_where_a_cell_has_one(small_plane):
+    result = small_plane[-1]
+    assert result.has_errors
+    nowhere = result.values | {"error": np.full_like(result.values["error"], np.nan)}
+    assert not plane.PartialPlane(result.question, nowhere).has_errors
 
 
 def test_what_is_not_known_yet_is_shown_coarsely(small_plane):
@@ -161,6 +175,18 @@ def test_cells_that_blow_up_are_marked(monkeypatch):
     assert np.isfinite(result.shown("exact", "period")[row, column])
     result.tables["exact"]["status"][row, column] = STATUSES.index(Status.DIVERGED)
     assert classes.class_image(result, "exact", "period")[row, column] == classes.DIVERGED
+
+
+def test_the_motions_of_coarse_cells_of_a_plane_are_judged_first():
+    question = PlaneQuestion(SYSTEM, 2.76, 300, False, False, (10.0, 1e5), (0.1, 100.0), judged=True)
+    shape = (plane.COUNT, plane.COUNT)
+    values = {"status": np.zeros(shape, int), "period": np.full(shape, 3), "exact_period": np.zeros(shape, int)}
+    rows, columns = np.unravel_index(plane.PartialPlane(question, values).open_cells, shape)
+    assert len(set(zip(rows, columns, strict=True))) == plane.COUNT**2
+    for stride in (32, 16, 8, 4, 2):
+        first = slice((plane.COUNT // stride) ** 2)
+        assert not (rows[first] % stride).any()
+        assert not (columns[first] % stride).any()
 
 
 def test_a_plane_that_is_cancelled_stops():

@@ -106,6 +106,12 @@ def test_partial_results_come_one_rule_after_the_other_and_go_on(few_rules):
     again = list(grow_code(question, found[1], lambda: False))
     assert [len(each.judged) for each in again] == [1, 2, 3]
     assert again[0] is found[1]
+    whole = compute_runs(question.setting, lambda: False).penalty.orbit
+    small = found[-1].judged[0].orbit  # a row of the table has so many points at most
+    assert small.shape == (2, 240)
+    np.testing.assert_array_equal(
+        small[:, [0, -1]], [each[1, [0, -1]] for each in (whole.displacement, whole.velocity)]
+    )
     assert found[-1].data()["rules"].keys() == {"as-set", *FEW}
 
 

@@ -67,3 +67,10 @@ def test_a_branch_without_threshold_ends_where_grazings_accumulate():
     assert np.abs(np.subtract(limits, 0.66999570348)).min() < 1e-9
     points = {(point.kind, round(point.value, 10)) for point in branch.points}
     assert len(points) == len(branch.points)
+
+
+def test_a_branch_that_is_given_up_says_after_how_many_orbits():
+    branch = continue_branch(
+        BranchQuestion(System(), 2.76, Reference(), low=2.5, high=3.0, max_period=1, most_orbits=3)
+    )
+    assert any(end.startswith("given up after 3 ") for end in branch.ends)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from vibroscope.engine import (
     ComparisonQuestion,
     ExactPenalty,
+    Impacts,
     Newmark,
     Record,
     Reference,
@@ -21,6 +22,7 @@ from vibroscope.engine import (
 from vibroscope.engine.divergence.compare import error_from_penalty_state, wasserstein_distance
 from vibroscope.engine.divergence.encounters import match_encounters
 from vibroscope.engine.divergence.error import Target
+from vibroscope.engine.divergence.grid import settled_length
 from vibroscope.engine.divergence.parts import PARTS
 from vibroscope.engine.law_table import restitution_of, restitution_without_pull
 
@@ -179,15 +181,51 @@ def test_a_single_impact_is_matched_and_its_restitution_delivered():
     assert found.restitution == pytest.approx(restitution_of(18 / math.sqrt(12000 * SYSTEM.mass_share)), abs=0.01)
 
 
-def test_a_known_delay_is_found_even_across_the_end_of_a_period():
-    run = simulate(SYSTEM, 3.25, Reference())
-    for delay in (0.01, -0.03):
-        late = simulate(SYSTEM, 3.25, Reference(), periods=2051)
-        times = run.impacts.time + delay * run.period
-        moved = replace(late, impacts=replace(run.impacts, time=times + run.period), method=ExactPenalty(1e3, 1))
-        found = match_encounters(run, moved, 2)
-        assert found.delay == pytest.approx(delay, rel=1e-6)
-        assert (found.matched, found.lost, found.added) == (0.5, 0, 0)
+@pytest.mark.parametrize("seed", range(200))
+def test_impacts_and_contacts_are_matched_where_each_is_nearest_on_the_circle_of_kept_periods(seed):
+    rng = np.random.default_rng(seed)
+    period, repeated, shift = (int(rng.integers(1, most)) for most in (4, 4, 3))
+    keep = period * repeated
+    cycle = np.sort(rng.uniform(0, period, rng.integers(3 * period)))
+    cycle[: seed % 2] = 0.0  # at the seam
+    impacts = ((cycle - shift) % period + period * np.arange(repeated)[:, None]).ravel()
+    moved = impacts + rng.normal(0, 0.08, len(impacts))
+    contacts = np.sort(np.append(moved[rng.random(len(moved)) < 0.8], rng.uniform(0, keep, rng.integers(3))) % keep)
+
+    away = (contacts - impacts[:, None] + keep / 2) % keep - keep / 2
+    far = np.abs(away)
+    pairs = [(i, j) for i, j in np.argwhere(far <= 0.125) if far[i].min() == far[:, j].min() == far[i, j]]
+    found = match_encounters(run_with(cycle, keep), run_with(contacts, keep), period, shift)
+    counts = len(pairs), len(impacts) - len(pairs), len(contacts) - len(pairs)
+    assert (found.matched, found.lost, found.added) == pytest.approx(tuple(np.array(counts) / keep))
+    if pairs:
+        delays = np.array([away[pair] for pair in pairs])
+        assert found.delay == pytest.approx(delays.mean(), abs=1e-9)
+        assert found.phase_error == pytest.approx(np.sqrt((delays**2).mean()), abs=1e-9)
+    else:
+        assert np.isnan([found.delay, found.phase_error]).all()
+
+
+def run_with(instants, keep):
+    """A run with impacts at these of its kept periods, and with nothing else."""
+    run, zeros = simulate(SYSTEM, 3.25, Reference(), periods=9, keep=1), np.zeros((len(instants), 2))
+    times = run.window[0] + instants * run.period
+    impacts = Impacts(times, zeros[:, 0], zeros, zeros, zeros[:, 0], zeros[:, 0])
+    return replace(run, keep=keep, impacts=impacts, contacts=np.empty((0, 2)), method=ExactPenalty(1e3, 1))
+
+
+def test_runs_are_made_no_longer_than_until_they_repeat():
+    asked = []
+    base = simulate(SYSTEM, 2.76, Newmark(12000, 18, 2000), periods=2, keep=1)
+
+    def run(name, periods, keep):
+        asked.append(periods)
+        rows = np.arange(keep) if (name, periods) == ("reference", 2000) else np.zeros(keep)
+        return replace(base, keep=keep, section=np.column_stack([1.0 + rows] * 4))
+
+    settled, kept = settled_length(run, 2000, 50)
+    assert (settled, kept) == (max(asked), 50)
+    assert len(set(asked)) == 2
 
 
 # --------------------------------------------------------------------------------------------------------- statistics

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from vibroscope.engine import Cells, ExactPenalty, Newmark, Record, System, run_cells, simulate
+from vibroscope.engine import Cells, ExactPenalty, Newmark, Record, Reference, System, run_cells, simulate
 from vibroscope.engine.divergence.grid import repeat_cycle, rms, samples_by_period
 from vibroscope.engine.result import Checkpoint
 from vibroscope.engine.sweeps.errors import ERROR_SAMPLES, reference_motion
@@ -84,3 +84,16 @@ def test_a_cell_that_ended_early_has_no_error_and_does_not_change_the_others():
     errors = reference_motion(SYSTEM, 2.76).errors(cells, found, None)
     assert np.isnan(errors[:, 1]).all()
     np.testing.assert_array_equal(errors[:, [0, 2]], whole[:, [0, 2]])
+
+
+@pytest.mark.parametrize("eta", [2.76, 3.25])  # a motion of one period, and one of two
+def test_the_first_impact_of_the_reference_is_where_a_run_has_it(eta):
+    reference = reference_motion(SYSTEM, eta)
+    run = simulate(SYSTEM, eta, Reference(), periods=2000, keep=reference.period)
+    (first,) = run.impacts.time
+    assert reference.first_impact == pytest.approx(first / run.period % 1, abs=1e-6)
+
+
+def test_a_run_without_samples_is_refused():
+    with pytest.raises(ValueError, match="holds no samples"):
+        samples_by_period(simulate(SYSTEM, 2.76, Reference(), periods=2, keep=1))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import xarray
-from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, StepStudy, System, sweep
+from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Reference, StepStudy, System, simulate, sweep
 from vibroscope.engine.sweeps import MISSING, EtaStudy, PlaneStudy, RunOptions, grow
 from vibroscope.engine.sweeps.errors import reference_motion
 
@@ -97,6 +97,18 @@ def test_of_a_refined_diagram_the_rounds_come_first_and_then_the_whole():
     assert all(partial.progress.done < partial.progress.total for partial in rounds)
     assert last.study is study
     assert len(last.dataset()["eta"]) == last.progress.total > 10
+
+
+@pytest.mark.parametrize(("direction", "neighbour"), [("up", -1), ("down", 1)])
+def test_what_refinement_puts_into_a_continued_diagram_goes_on_from_its_neighbour(direction, neighbour):
+    study = EtaStudy(System(), Reference(), values=ETAS[::4], direction=direction, refine=1, **PERIODS)
+    *_, last = grow(study)
+    eta, whole = last.dataset()["eta"].values, last.values()
+    put_in = np.flatnonzero(~np.isin(eta, study.values))
+    assert 0 < len(put_in) < len(study.values) - 1  # where the motion changes
+    for k in put_in:
+        run = simulate(System(), eta[k], Reference(), periods=70, keep=10, initial=whole["end"][k + neighbour])
+        np.testing.assert_allclose(whole["xi2"][k], run.section[:, 2], rtol=1e-6)
 
 
 SWEEPS = {

@@ -182,6 +182,14 @@ def test_what_instruments_write_is_read(content, columns):
     assert found.displacement == pytest.approx(np.array([2.0 * steps, -2.0 * steps]))
 
 
+def test_instants_that_labview_has_written_are_not_those_of_its_even_step():
+    last = f"{7 + 0.1 * (FEWEST_SAMPLES - 1):.6f}".replace(".", ",").encode()
+    columns = {"time": "time", "x1": "Untitled", "x2": "Untitled 1"}
+    found = parse_measurement(labview("One").replace(last, b"9,500000"), UNITS, columns)
+    since = found.time - found.time[0]
+    assert since[-1] / since[1] == pytest.approx(25)
+
+
 def test_one_body_is_enough_and_other_columns_are_named_as_left_out():
     found = parse_measurement(text("time [s],xi1 [mm],Temp [C]"), UNITS)
     assert found.displacement.shape == (1, FEWEST_SAMPLES)
@@ -276,10 +284,10 @@ def test_a_short_pulse_in_a_long_rest_is_no_outlier():
     assert first_outlier(time, np.exp(-(((time - 50) / 0.2) ** 2)) + noise) is None
 
 
-@pytest.mark.parametrize("at", [0, 1, 2500, 4999])
-def test_sentinels_of_a_sensor_are_outliers_wherever_they_stand(at):
+@pytest.mark.parametrize(("at", "offset"), [(0, 0.0), (1, 0.0), (2500, 0.0), (4999, 0.0), (2500, 1000.0)])
+def test_sentinels_of_a_sensor_are_outliers_wherever_they_stand(at, offset):
     time = np.linspace(0, 100, 5000)
-    values = np.sin(time)
+    values = np.sin(time) + offset
     values[at : at + 3] = -999.0
     assert first_outlier(time, values)[0] == at
 

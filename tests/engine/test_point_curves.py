@@ -15,6 +15,7 @@ from vibroscope.engine import (
     simulate,
 )
 from vibroscope.engine.continuation.points import PointProblem
+from vibroscope.engine.continuation.tolerances import POINT_DIFFERENCE
 from vibroscope.engine.kernels.event_driven.orbit import CLOSING
 
 PAPER, EXACT = System(), ExactPenalty(12_000.0, 18.0)
@@ -86,6 +87,27 @@ def test_a_curve_reaches_the_border_of_the_range():
         assert reason.endswith("leaves the range")
         limits = [(2.5, 3.0), (0.6 * PAPER.restitution, 1.0)][number]
         assert min(abs(end[number] - limit) for limit in limits) < 1e-12
+
+
+@pytest.mark.parametrize("ends", [(0.1, 0.9), (0.3, 0.9), (0.1, 0.7), (0.3 - 1.5 * POINT_DIFFERENCE, 0.9)])
+def test_a_derivative_at_the_end_of_a_range_is_as_exact_as_within_it(ends):
+    class InTwoNumbers(PointProblem):
+        scales, condition = np.empty(0), None
+
+        def __init__(self):
+            """The two numbers alone, without an orbit."""
+
+        def moved(self, place, step):
+            if not (ends[0] <= place + step).all() or not (place + step <= ends[1]).all():
+                raise ValueError("out of range")
+            return place + step
+
+    problem, place = InTwoNumbers(), np.array([0.3, 0.7])
+    found = problem.gradient(lambda there: np.exp(3.0 * there[0]) * np.sin(there[1]), place)
+    expected = np.exp(0.9) * np.array([3.0 * np.sin(0.7), np.cos(0.7)])
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+    with pytest.raises(ValueError, match="out of its range"):
+        problem.gradient(np.sum, np.array([2.0, 2.0]))
 
 
 def test_a_new_kind_of_point_is_its_condition_alone(monkeypatch):

@@ -232,3 +232,7 @@ def test_bad_input_is_refused(arguments, words):
 def test_the_search_can_be_cancelled():
     with pytest.raises(Cancelled):
         steady(SYSTEM, 2.76, Reference(), cancelled=lambda: True)
+
+
+def test_the_steps_of_newtons_method_are_counted():
+    assert 1 <= steady(SYSTEM, 2.76, Reference()).iterations <= 12

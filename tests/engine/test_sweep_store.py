@@ -15,7 +15,7 @@ import pytest
 import xarray
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from vibroscope.engine import Cancelled, EtaStudy, Newmark, PlaneStudy, Reference, System, sweep
+from vibroscope.engine import Cancelled, EtaStudy, Newmark, PlaneStudy, Progress, Reference, System, sweep
 from vibroscope.engine.sweeps.digest import engine_digest
 from vibroscope.engine.sweeps.store import DAMAGE, Store
 
@@ -212,6 +212,7 @@ def test_progress_counts_up_to_the_end():
     assert (seen[-1].done, seen[-1].total, seen[-1].computed, seen[-1].failed) == (24, 24, 24, 0)
     assert seen[-1].rate > 0
     assert seen[-1].seconds_left == 0
+    assert Progress(done=0, total=24, computed=0, reused=0, failed=0, seconds=0.0).seconds_left == np.inf
 
 
 def test_a_plane_comes_back_from_its_store_as_it_was(tmp_path):

@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from vibroscope.engine import (
+    Cells,
     ComparisonQuestion,
     EtaStudy,
     ExactPenalty,
@@ -15,6 +16,7 @@ from vibroscope.engine import (
     System,
     compare,
     motion,
+    run_cells,
     simulate,
     spaced,
     sweep,
@@ -68,6 +70,9 @@ def test_refinement_halves_the_intervals_where_the_motion_changes_and_leaves_the
         inside = ((fine["eta"] > left) & (fine["eta"] < right)).sum()
         assert (inside >= 3) == (i in changed)
         assert inside <= 7
+    alike = sweep(EtaStudy(System(), Reference(), values=[2.70, 2.72], refine=2, **SHORT))
+    assert alike["eta"].values.tolist() == [2.70, 2.72]
+    assert alike["period"].values.tolist() == [1, 1]
 
 
 def test_a_sweep_over_another_parameter_is_a_sweep_of_runs():
@@ -135,9 +140,10 @@ def test_on_the_curve_of_equal_restitution_a_contact_returns_e():
 
 def test_the_observed_orders_of_the_fixed_and_the_located_step():
     """Of the fixed step only the scatter is left to see at η = 2.76; the located one is of second order."""
-    found = sweep(
-        StepStudy(System(), Newmark(12000, 18, 2000), 2.76, steps=[1000, 2000, 4000], transient=200, sample=20)
-    )
+    study = StepStudy(System(), Newmark(12000, 18, 2000), 2.76, steps=[1000, 2000, 4000], transient=200, sample=20)
+    seen = []
+    found = sweep(study, progress=seen.append)
+    assert 3 in [now.done for now in seen]  # the fixed step, before the located one
     fixed, located = found["spread"].values.T
     assert (located < 1e-3 * fixed).all()
     assert found["order_of_error_time_step"][1] == pytest.approx(2, abs=0.1)
@@ -145,6 +151,21 @@ def test_the_observed_orders_of_the_fixed_and_the_located_step():
     assert phase["tau"].max() == pytest.approx(2 * 2 * np.pi / 2.76)
     run = simulate(System(), 2.76, Newmark(12000, 18, 2000), periods=220, keep=20)
     np.testing.assert_allclose(phase["xi2_section"][0], run.section[0, 2], atol=0.5)
+
+
+@pytest.mark.parametrize(
+    ("eta", "steps", "located", "exact"),
+    [(3.205, 50, 6, 2), (3.04, 100, 0, 6), (1.7, 100, 0, 0)],  # periods with located steps and without a step
+)
+def test_scatter_is_about_the_cycle_of_the_located_steps_or_else_of_exact_penalty(eta, steps, located, exact):
+    method, periods = Newmark(12000, 18, steps), {"transient": 600, "sample": 50}
+    found = sweep(StepStudy(System(), method, eta, steps=[steps], **periods))
+    assert found["period"][0, 1] == located
+    assert run_cells(Cells(System(), [eta], method.limit), **periods).period == [exact]
+    period = located or exact or 1
+    points = found["xi2_section"].values[0, 1][50 % period :].reshape(-1, period)
+    assert found["scatter"].values[0, 1] == pytest.approx(np.sqrt(points.var(axis=0).mean()), abs=1e-12)
+    assert points.std() > 0.1
 
 
 def test_the_order_is_the_slope_of_a_power_law():
@@ -200,9 +221,15 @@ def test_an_amplitude_or_a_second_clearance_is_swept(name):
         (lambda: sweep(StepStudy(System(), Newmark(1e4, 18, 2000), 2.76, steps=[100.5])), "steps = 100.5"),
         (lambda: spaced("K", 0, 10, 4, logarithmic=True), "K = 0"),
         (lambda: spaced("eta", 1, 2, 1e12), "count of eta"),
+        (lambda: spaced("eta", 1, 2, 0), "count of eta = 0"),
         (lambda: spaced("eta", 2, 1, 3), "empty range"),
+        (lambda: spaced("eta", 2, 2, 3), "empty range"),
     ],
 )
 def test_bad_input_is_refused_before_any_work(sweep, text):
     with pytest.raises(ValueError, match=text):
         sweep()
+
+
+def test_a_range_of_one_value_may_end_where_it_begins():
+    assert spaced("eta", 2, 2, 1).tolist() == [2.0]
