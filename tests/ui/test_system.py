@@ -1,7 +1,5 @@
 """The panel System: a system of one's own, its drawing, the shelf, errors beside the fields; on a phone, too."""
 
-import pytest
-
 from tests.served import ROOT
 from tests.ui.axe import AXE, serious_in
 from tests.waiting import wait_until
@@ -79,16 +77,15 @@ def test_a_field_tells_its_range_and_units_and_what_is_wrong_and_escape_brings_t
     assert explorer.typed("mass1_kg").input_value() == "1"
 
 
-@pytest.mark.parametrize("key", ["wall", "twins"])
-def test_a_system_of_the_shelf_is_shown_and_moves_in_the_same_drawing(kept, key):
+def test_a_system_of_the_shelf_is_shown_and_moves_in_the_same_drawing(kept):
     explorer = kept()
     explorer.unfold("More scenes", "Other systems")
-    explorer.moved(lambda: explorer.page.locator(f"[data-scene='{key}']").click())
+    explorer.moved(lambda: explorer.page.locator("[data-scene='wall']").click())
     explorer.explained()
-    assert explorer.page.locator(f"[data-scene='{key}']").get_attribute("aria-pressed") == "true"
+    assert explorer.page.locator("[data-scene='wall']").get_attribute("aria-pressed") == "true"
     assert " N/m" in explorer.page.locator(".lines").text_content()
     bodies = explorer.page.locator("svg.moving .reference .bob")
-    assert bodies.count() == (1 if key == "wall" else 2)
+    assert bodies.count() == 1
     phase = explorer.page.get_by_label("Phase τ/T in the last two periods")
     phase.fill("0")
     explorer.settle()
