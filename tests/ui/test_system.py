@@ -31,10 +31,9 @@ def test_an_analysts_system_is_entered_as_on_a_data_sheet(kept, visit):
     panel(explorer).get_by_label("spring between body 2 and the base; 0: none: its unit").select_option("frequency2_Hz")
     numbers = {"mass1_kg": "2", "frequency1_Hz": "15", "mass2_kg": "1.2", "frequency2_Hz": "32", "clearance_mm": "0.25"}
     numbers |= {"damping1_ratio": "1 %", "damping2_ratio": "1 %", "restitution": "0.7", "base_amplitude_mm": "0.5"}
-    for name, text in numbers.items():
-        explorer.moved(lambda name=name, text=text: explorer.type(name, text))
-    explorer.moved(lambda: explorer.type("eta", "28 Hz"))
-    explorer.wait_for_address(bodies="two", mass_ratio="0.6", clearance="0.5", units="si")
+    for name, text in (numbers | {"eta": "28 Hz"}).items():
+        explorer.type(name, text)  # without a look at the figures of each
+    explorer.wait_for_address(bodies="two", mass_ratio="0.6", clearance="0.5", restitution="0.7", units="si")
     assert explorer.error() == ""
     assert explorer.typed("mass1_kg").input_value() == "2"
     assert explorer.typed("stiffness1_N_per_m").is_hidden()
