@@ -117,7 +117,7 @@ release: $(VENV)/test
 	if [ -n "$$(ls dist/*.whl 2>/dev/null)" ]; then tools/try-dist.sh; else \
 	  echo "NOT TRIED: the wheel, which make dist builds"; fi; \
 	$(BIN)/pytest --all-examples --numprocesses 2 --dist worksteal --ignore tests/ui $(ARGS); \
-	$(BIN)/pytest --all-examples tests/ui/test_sizes.py tests/ui/test_snapshots.py tests/ui/test_take_away.py $(ARGS); \
+	$(BIN)/pytest --all-examples $(addprefix tests/ui/test_,documentation.py sizes.py snapshots.py take_away.py) $(ARGS); \
 	$(BIN)/pytest -m release -s -o faulthandler_timeout=1800 tests/release tests/engine tests/test_docs.py tests/ui/test_walk.py $(ARGS); \
 	} 2>&1 | tee build/release.log; code=$$?; \
 	echo; grep -E 'NOT (TRIED|PINNED)' build/release.log || echo "release: nothing was left out"; exit $$code

@@ -2,12 +2,14 @@
 
 import gc
 import os
+import re
 import subprocess
 
 import hypothesis
 import pytest
 
 from tests import share
+from tests.served import ROOT, served
 
 
 def pytest_addoption(parser):
@@ -66,3 +68,14 @@ def _processes(request):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(subprocess.Popen, "__init__", skip)
         yield
+
+
+@pytest.fixture(scope="session")
+def plain_server(tmp_path_factory):
+    """A server as it is by default: to start one takes seconds of processor."""
+    with served(tmp_path_factory.mktemp("server") / "log.txt") as server:
+        yield server
+    log = server.log.read_text()
+    # A traceback without a line of ours is the library's way of noticing that a page was closed.
+    ours = re.search(rf'File "{re.escape(str(ROOT))}/(app|engine)/|not computed', log)
+    assert ours is None, log[max(0, ours.start() - 3000) : ours.end() + 3000]

@@ -2,8 +2,6 @@
 
 import re
 import shlex
-import subprocess
-import sys
 from importlib.metadata import version as version_of
 from pathlib import Path
 
@@ -165,15 +163,29 @@ def python_of(document):
     return [re.sub("^    ", "", block, flags=re.MULTILINE) for block in blocks if "    from vibroscope" in block]
 
 
+# Starting a process takes longer than most of them: the installed command is tried by `test_cli` and `test_wheel`.
 QUICK = "codes", "compare", "export", "measurement", "motion", "rules", "simulate", "system"
 CALLS = {" ".join(words): words for name in ("guide", "choosing") for words in commands(DOCUMENTS[f"docs/{name}.md"])}
+README = {" ".join(words): words for words in commands(DOCUMENTS["README.md"])}
+# A search of up to a minute is a release's: its options are read, and Python's search is run, in any case.
+RUN = [call for call, words in CALLS.items() if words[0] in QUICK and call not in README]
+RUN += [
+    pytest.param(call, marks=[pytest.mark.release] if words[0] == "recommend" else []) for call, words in README.items()
+]
 
 
 @pytest.mark.usefixtures("own_files")
-@pytest.mark.parametrize("call", [call for call, words in CALLS.items() if words[0] in QUICK])
-def test_what_the_guide_shows_runs(call, capsys):
-    assert main(CALLS[call]) in (None, 0)
+@pytest.mark.parametrize("call", RUN)
+def test_what_readme_and_guide_show_runs(call, capsys):
+    assert main((CALLS | README)[call]) in (None, 0)
     assert capsys.readouterr().out or "--out" in call
+
+
+@pytest.mark.usefixtures("own_files")
+@pytest.mark.parametrize("text", [text for page in DOCUMENTS.values() for text in python_of(page) if "print" in text])
+def test_all_python_that_is_shown_runs(text, capsys):
+    exec(text, {})
+    assert capsys.readouterr().out
 
 
 def test_the_guide_says_when_a_step_has_no_solution(capsys):
@@ -181,22 +193,3 @@ def test_the_guide_says_when_a_step_has_no_solution(capsys):
     main(next(words for words in CALLS.values() if words[0] == "simulate" and words[-1] == "end"))
     period = re.search(r"without `--without-solution` stops in period (\d+)", text)[1]
     assert f"(period {period}) has no solution" in capsys.readouterr().out
-
-
-SHOWN = [[str(Path(sys.executable).parent / "vibroscope"), *words] for words in commands(DOCUMENTS["README.md"])]
-SHOWN += [[sys.executable, "-c", text] for page in DOCUMENTS.values() for text in python_of(page) if "print" in text]
-# A search of up to a minute is a release's: its options are read, and Python's search is run, in any case.
-
-
-@pytest.mark.usefixtures("own_files")
-@pytest.mark.parametrize(
-    "call",
-    [
-        pytest.param(call, id=" ".join(call[1:4])[:60], marks=[pytest.mark.release] if call[1] == "recommend" else [])
-        for call in SHOWN
-    ],
-)
-def test_what_the_readme_and_all_python_that_is_shown_runs(call):
-    done = subprocess.run(call, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout

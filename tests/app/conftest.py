@@ -9,14 +9,11 @@ from vibroscope.app.explorer import suggestion
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import Cancelled
 
-from tests.served import served
-
 
 @pytest.fixture(scope="session")
-def server(tmp_path_factory):
-    """A server as it is by default, for all tests that leave it as it is: to start one takes seconds."""
-    with served(tmp_path_factory.mktemp("server") / "log.txt") as server:
-        yield server
+def server(plain_server):
+    """A server as it is by default, for all tests that leave it as it is."""
+    return plain_server
 
 
 @pytest.fixture

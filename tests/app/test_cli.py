@@ -2,7 +2,6 @@
 
 import json
 import re
-import signal
 import socket
 import subprocess
 import sys
@@ -13,7 +12,6 @@ from vibroscope.app.commands.cli import EXAMPLES, main
 from vibroscope.engine import Newmark, Reference, System, simulate, steady
 
 from tests.app.command_line import run_command
-from tests.served import served
 
 COMMAND = Path(sys.executable).parent / "vibroscope"
 NEWMARK = ["--solver", "newmark", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "500"]
@@ -113,13 +111,6 @@ def test_a_port_in_use_gives_one_line():
     assert done.stderr.splitlines()[-1].endswith(f"127.0.0.1:{port}: Address already in use")
 
 
-def test_a_server_that_is_interrupted_ends_gracefully(tmp_path):
-    """By SIGTERM: `test_stopping`."""
-    with served(tmp_path / "log.txt") as server:
-        assert server.stop(signal.SIGINT) == 0
-    assert "Traceback" not in server.log.read_text()
-
-
 def test_options_of_the_other_solver_are_noted(capsys):
     status, _, err = run(capsys, "--solver", "reference", "--eta", "2.76", "--K", "5", "--periods", "3")
     assert status == 0
@@ -138,7 +129,7 @@ def test_a_motion_has_one_description_and_one_width(capsys):
         assert text.count("±") == 1
 
 
-@pytest.mark.parametrize("arguments", [[], ["--help"], ["simulate", "--help"], ["serve", "--help"]])
+@pytest.mark.parametrize("arguments", [[], ["serve", "--help"]])
 def test_the_installed_command(arguments):
     done = subprocess.run([COMMAND, *arguments], capture_output=True, text=True, timeout=60)
     assert done.returncode == (0 if arguments else 2)

@@ -92,7 +92,7 @@ def test_a_run_without_a_solution_is_a_result(capsys):
 
 
 def test_irregular_motion_says_that_statistics_are_compared(capsys):
-    found = json.loads(run(capsys, "--eta 1.7 --K 12000 --D 18 --steps 2000 --json")[1])
+    found = json.loads(run(capsys, "--eta 1.7 --K 12000 --D 18 --steps 500 --json")[1])
     assert not found["pointwise"]
     assert "statistics" in found["verdict"]
     assert found["statistics"]["total"] > found["statistics"]["floor"] > 0

@@ -4,8 +4,6 @@ import base64
 import io
 import re
 import runpy
-import subprocess
-import sys
 import threading
 import xml.etree.ElementTree as ET
 import zlib
@@ -258,11 +256,3 @@ def test_texts_are_shown_as_they_are():
     assert words(write_picture(drawing, "svg", Size(), LABEL)).count("a$b_2$") == 3
     label = {"title": 'Force """', "description": "A \\ caption."}
     compile(plot_script("force", drawing, Size(), label), "script", "exec")
-
-
-def test_the_page_starts_without_what_draws_files():
-    """Only HoloViews imports a part of matplotlib, its colour maps."""
-    code = "import sys, vibroscope.app.server.server; print(*sys.modules)"
-    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert "vibroscope.app.export.drawing" in shown
-    assert not {"matplotlib.figure", "matplotlib.font_manager", "matplotlib.pyplot"} & set(shown)

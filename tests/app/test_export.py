@@ -3,10 +3,6 @@
 import csv
 import io
 import json
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,6 +18,7 @@ from vibroscope.app.export.tables import FIGURES, figure_table
 from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.runtime.json_text import json_text
 
+from tests.app.command_line import run_shell
 from tests.app.explanations import explained, runs_of
 from tests.app.fakes import QueueingHost
 from tests.app.settings_strategy import settings
@@ -72,16 +69,11 @@ def test_the_script_finds_the_numbers_of_the_page(setting, capsys):
 
 
 @SETTINGS
-def test_the_commands_find_the_numbers_of_the_page(setting, tmp_path):
+def test_the_commands_find_the_numbers_of_the_page(setting, tmp_path, capsys):
     commands = as_command(setting)
     for name in ("simulate", "compare"):
         commands = commands.replace(f"vibroscope {name}", f"vibroscope {name} --json")
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    run = subprocess.run(
-        ["sh", "-e"], input=commands, cwd=tmp_path, env=os.environ | {"PATH": path}, capture_output=True, text=True
-    )
-    assert run.stderr == ""
-    found = [json.loads(line) for line in run.stdout.splitlines()]
+    found = [json.loads(line) for line in run_shell(capsys, commands, tmp_path).splitlines()]
     np.testing.assert_array_equal(found[0]["section"], runs_of(setting).reference.response.section)
     np.testing.assert_array_equal(found[1]["section"], runs_of(setting).penalty.response.section)
     explanation = explained(setting)

@@ -1,12 +1,8 @@
 """`vibroscope export` and the menu "Take away" write decks of what is set, and say what a code cannot express."""
 
 import json
-import os
 import re
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from vibroscope.app.commands.cli import main
@@ -27,7 +23,7 @@ from vibroscope.engine import (
     with_located_steps,
 )
 
-from tests.app.command_line import PHYSICAL
+from tests.app.command_line import PHYSICAL, run_shell
 from tests.app.fakes import FakeHost, QueueingHost
 from tests.app.filled_tabs import ADDRESS, SETTING
 
@@ -124,7 +120,7 @@ def as_the_code_has_it(code, method):
 
 
 @pytest.mark.parametrize("code", DECKS)
-def test_the_commands_of_a_deck_lay_our_own_motion_over_itself(code, tmp_path):
+def test_the_commands_of_a_deck_lay_our_own_motion_over_itself(code, tmp_path, capsys):
     """The result of the code is made by our run of what the deck says: the commands must find that very run."""
     system, method, units, start = AWAY[code]
     problem = DeckProblem(system, 2.3, method, units, start, periods=2, keep=2, name="mine")
@@ -139,11 +135,8 @@ def test_the_commands_of_a_deck_lay_our_own_motion_over_itself(code, tmp_path):
     lines = [", ".join(repr(float(x * of)) for x, of in zip(row, scale, strict=True)) for row in rows]
     (tmp_path / "mine.csv").write_text("\n".join([problem.header, *lines]))
     shell = "\n".join(re.findall(r"^[*!/ ]*((?:sed|vibroscope compare) .*)$", text, re.MULTILINE))
-    where = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
     shell = shell.replace("vibroscope compare", "vibroscope compare --json")
-    done = subprocess.run(["sh", "-e"], input=shell, cwd=tmp_path, env=where, capture_output=True, text=True)
-    assert done.stderr == ""
-    found = json.loads(done.stdout)
+    found = json.loads(run_shell(capsys, shell, tmp_path))
     assert found["measured"]["frame"] == "relative"
     assert found["penalty"]["status"] == "ok"
     assert found["penalty"]["rms"] < 1e-4

@@ -2,13 +2,17 @@
 
 import asyncio
 import json
+import struct
+import time
 from contextlib import suppress
 
 import pytest
+from tornado.iostream import StreamClosedError
 from tornado.websocket import WebSocketClosedError
 
 from tests.browserless import Client, changed, event, mapped, move, token_of
 from tests.served import served
+from tests.share import share
 from tests.waiting import PATIENCE
 
 # One of each way to fail; test_reading.py tries more of them, and the release tests try thousands.
@@ -238,6 +242,80 @@ def test_a_client_that_leaves_before_the_answer_causes_no_traceback(server):
             for _ in range(2):
                 await client.send("PULL-DOC-REQ", {})
             client.socket.close()
+        async with Client(server.url) as client:  # by now the server has dealt with the others
+            await client.ready()
+
+    run(steps())  # the fixture reads the log
+
+
+MASKED, PING, CONTINUATION, TEXT, FINAL = 0x80, 0x9, 0x0, 0x1, 0x80
+
+
+def frame(kind, text=b""):
+    assert len(text) < 126
+    return struct.pack("BB", kind, MASKED | len(text)) + bytes(4) + text
+
+
+@pytest.mark.parametrize(
+    "frames",
+    [[frame(FINAL | PING)], [frame(TEXT, b"x"), *[frame(CONTINUATION)] * 50]],
+    ids=["pings", "fragments without content"],
+)
+def test_frames_without_content_are_not_free(server, frames):
+    async def steps():
+        client = await Client(server.url).open()
+        stream = client.socket.protocol.stream
+        begin, *more = frames
+        try:
+            await stream.write(begin)
+            for _ in range(200):
+                await stream.write(b"".join(more or [begin]) * 100)
+            while await client.receive() is not None:
+                pass
+        finally:
+            client.socket.close()
+
+    refused = server.metric('vibroscope_refused_total{what="message"}')
+    with suppress(StreamClosedError, WebSocketClosedError):  # the client still writes
+        run(steps())
+    assert server.metric('vibroscope_refused_total{what="message"}') == refused + 1
+
+
+def upload(text):
+    parts = [text[begin : begin + 4000] for begin in range(0, len(text), 4000)]
+    return mapped({"load": mapped({str(number): part for number, part in enumerate(parts)})})
+
+
+@pytest.mark.parametrize("compression", [None, {}])
+def test_large_files_are_read_at_a_limited_rate(server, compression):
+    text, files = "# " + "x" * 60_000, 30
+
+    async def steps():
+        async with Client(server.url, compression=compression) as client:
+            await client.ready()
+            begun = time.monotonic()
+            for _ in range(files):
+                await client.send("PATCH-DOC", {"events": [client.message(upload(text), "Header")]})
+            await client.set(99, eta="1.3")  # and the session goes on
+            return time.monotonic() - begun
+
+    seconds = run(steps())
+    assert seconds > (files * len(text) - 1_000_000) / 400_000 - 0.5
+
+
+def test_a_browser_that_closes_right_after_the_upgrade_causes_no_traceback(server):
+    async def steps():
+        for number in range(share(18)):
+            token = await token_of(server.url)
+            reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
+            head = f"GET /ws HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nOrigin: {server.url}\r\n"
+            head += "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+            head += f"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: bokeh, {token}\r\n\r\n"
+            writer.write(head.encode())
+            await writer.drain()
+            if number % 2:
+                assert (await reader.readline()).startswith(b"HTTP/1.1 101")
+            writer.transport.abort()
         async with Client(server.url) as client:  # by now the server has dealt with the others
             await client.ready()
 

@@ -19,7 +19,7 @@ def server(tmp_path_factory):
     lines = [json.loads(line) for line in log.read_text().splitlines() if line.startswith("{")]
     refused = [line for line in lines if line["event"] == "refused"]
     assert refused
-    assert {line["level"] for line in refused} == {"warning"}
+    assert {(line["level"], line["address"]) for line in refused} == {("warning", "127.0.0.1")}
     assert not [line for line in lines if "traceback" in line or line["level"] == "error"]
 
 
@@ -61,8 +61,8 @@ def test_another_host_gets_nothing(server, path, host):
     assert "token" not in text
 
 
-def test_the_refusal_says_what_to_do(server):
-    status, text = ask(server, "/", ["evil.example"])
+def test_the_refusal_says_what_to_do_and_its_log_does_not_name_another_client(server):
+    status, text = ask(server, "/", ["evil.example"], [("X-Forwarded-For", "203.0.113.7")])  # the fixture reads the log
     assert status == 421
     assert "VIBROSCOPE_ORIGINS" in text
 

@@ -1,8 +1,6 @@
 """``vibroscope paper``: one entry a claim, and an exit status that reports a surprise."""
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 
 import pytest
@@ -42,10 +40,3 @@ def test_the_summary_counts_examples_apart(check_only, capsys):
     out = capsys.readouterr().out
     assert "Figure 10 [B]  shown by example" in out
     assert "2 claims: 1 agree, 0 differ, 1 shown by example; all as known" in out
-
-
-def test_the_claims_need_no_page():
-    modules = "vibroscope.app.paper, vibroscope.app.commands.paper"
-    code = f"import sys, {modules}; print(*{{'panel', 'bokeh', 'holoviews'}} & set(sys.modules))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == ""

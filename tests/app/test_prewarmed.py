@@ -1,18 +1,16 @@
-"""The prewarmed session: handed out once, for a plain page request, counted as nobody's, ended if it is not opened."""
+"""The prewarmed session: handed out once, for a plain page request, counted as nobody's, ended if it is not opened.
+
+That of a server works like any other page: `test_stopping`.
+"""
 
 import asyncio
 import itertools
-import json
 
 import pytest
 from bokeh.document import Document
 from bokeh.models import Range1d
 from vibroscope.app.server import building as module
 from vibroscope.app.server.building import PrewarmedSession
-
-from tests.browserless import Client
-from tests.served import served
-from tests.waiting import PATIENCE
 
 
 class Registry:
@@ -184,26 +182,3 @@ def test_one_that_has_ended_before_it_is_opened_stops_nothing(registry, monkeypa
         update(prewarmed)
     update(prewarmed)
     assert prewarmed.hand_out() == "s2"
-
-
-def test_a_prewarmed_page_works_like_any_other(tmp_path):
-    with served(tmp_path / "log.txt", VIBROSCOPE_LOG_FORMAT="json", VIBROSCOPE_LOG_LEVEL="debug") as server:
-        server.wait_for(lambda: "session kept ready" in server.log.read_text())
-
-        async def steps():
-            assert server.metric("vibroscope_sessions ") == 0
-            async with Client(server.url) as one, Client(server.url) as two, Client(server.url, "eta=1.5") as three:
-                assert server.metric("vibroscope_sessions ") == 3
-                for client in (one, two, three):
-                    await client.ready()
-                assert (await one.set(1, eta="1.3"))["texts"]["eta"] == "1.3"
-                assert (await two.set(1, K="9000"))["texts"]["eta"] == "1.08"
-                assert (await three.set(1, K="9000"))["texts"]["eta"] == "1.5"
-
-        asyncio.run(asyncio.wait_for(steps(), PATIENCE))
-    lines = [json.loads(line) for line in (tmp_path / "log.txt").read_text().splitlines() if line.startswith("{")]
-    built = [line["session"] for line in lines if line["event"] == "session kept ready"]
-    opened = [line["session"] for line in lines if line["event"] == "session opened"]
-    assert len(opened) == 3
-    assert built[0] == opened[0]
-    assert not {*opened[1:]} & {*built}

@@ -1,12 +1,9 @@
 """Settings from the environment and the command line."""
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 from vibroscope.app.runtime.settings import Settings, describe, from_environment, unknown_variables, variable_of
+
+from tests.app.command_line import run_command
 
 
 def test_the_command_line_has_precedence_over_the_environment():
@@ -62,13 +59,11 @@ def test_all_errors_come_in_one_line_without_secrets():
     assert "secret_key" not in repr(Settings())
 
 
-def test_an_invalid_setting_ends_the_command_with_status_2():
-    command = [Path(sys.executable).parent / "vibroscope", "serve"]
-    environment = {**os.environ, "VIBROSCOPE_SESSIONS": "many"}
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert "VIBROSCOPE_SESSIONS must be a whole number from 1" in done.stderr
+def test_an_invalid_setting_ends_the_command_with_status_2(monkeypatch, capsys):
+    monkeypatch.setenv("VIBROSCOPE_SESSIONS", "many")
+    status, _, error = run_command(capsys, "serve")
+    assert (status, error.count("\n")) == (2, 1)
+    assert "VIBROSCOPE_SESSIONS must be a whole number from 1" in error
 
 
 def test_help_names_every_variable_and_a_misspelt_one_is_found():

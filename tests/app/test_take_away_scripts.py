@@ -1,10 +1,5 @@
 """The scripts and commands of every tab find the numbers of the page."""
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 import xarray
@@ -13,6 +8,7 @@ from vibroscope.app.paper import CLAIMS
 from vibroscope.app.studies import basin, bifurcation, plane
 from vibroscope.engine import Cells, ExactPenalty, Newmark, run_cells
 
+from tests.app.command_line import run_shell
 from tests.app.fakes import FakeHost
 from tests.app.filled_tabs import SETTING, filled  # noqa: F401 - a fixture
 
@@ -84,7 +80,7 @@ def test_the_script_of_the_paper_checks_the_claims(monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("key", ["bifurcation", "plane", "basin", "step"])
-def test_the_commands_of_a_study_are_understood_and_make_it(filled, key, tmp_path, monkeypatch):  # noqa: F811
+def test_the_commands_of_a_study_are_understood_and_make_it(filled, key, tmp_path, monkeypatch, capsys):  # noqa: F811
     tab = filled(key)  # before the cells become few: what a study has found is remembered without their number
     monkeypatch.setattr("vibroscope.app.page.plane.tab.COUNT", 3)
     monkeypatch.setattr(plane, "COUNT", 3)
@@ -92,11 +88,7 @@ def test_the_commands_of_a_study_are_understood_and_make_it(filled, key, tmp_pat
     monkeypatch.setattr("vibroscope.app.page.study.time_step.STEPS", (500, 1000))
     commands = tab.command(SETTING).replace("--count 30", "--count 3")
     assert "kappa = 2.4" in commands
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    done = subprocess.run(
-        ["sh", "-e"], input=commands, cwd=tmp_path, env=os.environ | {"PATH": path}, capture_output=True, text=True
-    )
-    assert done.stderr == ""
+    run_shell(capsys, commands, tmp_path)
     stores = sorted(path.name for path in tmp_path.glob("*.zarr"))
     made = {"bifurcation": ["eta"], "plane": ["plane1", "plane2"], "basin": ["basin1", "basin2"], "step": ["step"]}[key]
     assert stores == [f"{name}.zarr" for name in made]

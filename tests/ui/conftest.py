@@ -1,7 +1,6 @@
 """A server in a process of its own, a browser, and pages that complain about anything unexpected."""
 
 import json
-import re
 from collections import Counter
 from contextlib import contextmanager
 from pathlib import Path
@@ -9,7 +8,6 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import sync_playwright
 
-from tests.served import ROOT, served
 from tests.ui.explorer import Explorer, is_setting
 from tests.waiting import PATIENCE
 from tools.browser import find
@@ -31,6 +29,7 @@ ARGUMENTS = [
 
 
 LOOSE = pytest.StashKey[list[str]]()  # pictures that were compared loosely
+AS_MANY = {"test_walk": 5, "test_symbols": 5}  # files each of whose tests takes as long as so many others
 
 
 def pytest_terminal_summary(terminalreporter, config):
@@ -44,20 +43,15 @@ def pytest_collection_modifyitems(items):
     ours = [item for item in items if Path(__file__).parent in item.path.parents]
     for item in ours:
         item.add_marker(pytest.mark.ui)
-    # They come last, file by file: those of many tests come first, lest one process wait for the other at the end.
-    lengths = Counter(item.path for item in ours)
+    # They come last, file by file: those that take long come first, lest one process wait for the other at the end.
+    lengths = Counter(item.path for item in ours for _ in range(AS_MANY.get(item.path.stem, 1)))
     items[:] = [item for item in items if item.path not in lengths] + sorted(ours, key=lambda item: -lengths[item.path])
 
 
 @pytest.fixture(scope="session")
-def server(tmp_path_factory):
+def server(plain_server):
     """Address of a running explorer."""
-    with served(tmp_path_factory.mktemp("server") / "log.txt") as process:
-        yield process.url
-    log = process.log.read_text()
-    # A traceback without a line of ours is the library's way of noticing that a page was closed.
-    ours = re.search(rf'File "{re.escape(str(ROOT))}/(app|engine)/|not computed', log)
-    assert ours is None, log[max(0, ours.start() - 3000) : ours.end() + 3000]
+    return plain_server.url
 
 
 @pytest.fixture(scope="session")

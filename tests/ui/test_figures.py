@@ -173,17 +173,17 @@ COLOURED = """name => {
 
 
 def test_pins_of_a_link_are_compared_in_a_table_and_in_curves_of_their_own_colours(visit):
-    pins = ";".join(f"eta=1.08%26K={K}%26D=8%26steps=2000" for K in (300, 100, 30))
-    explorer = visit(f"?eta=1.3&K=2500&D=8&steps=2000&pin={pins}").explained()
+    pins = ";".join(f"eta=2.5%26K={K}%26D=18%26steps=200" for K in (300, 1000, 30))  # quickly explained
+    explorer = visit(f"?eta=2.76&K=2500&D=18&steps=200&pin={pins}").explained()
     pin = explorer.page.get_by_role("button", name="Keep this result")
     table = explorer.page.locator(".comparison-table")
     total = explorer.page.locator(".part.total .number").text_content()
     explorer.moved(pin.click)
-    explorer.moved(lambda: explorer.type("eta", "1.08"))
+    explorer.moved(lambda: explorer.type("eta", "2.5"))
     explorer.explained()
     wait_until(lambda: "computing" not in table.text_content(), what="the numbers of all pins")
     now, *pinned = rows_of(table)
-    assert [row[1] for row in pinned] == ["300", "100", "30", "2500"]
+    assert [row[1] for row in pinned] == ["300", "1000", "30", "2500"]
     assert pinned[3][4] == total
     assert now[4] == explorer.page.locator(".part.total .number").text_content()
     for width in (390, 1100):  # others: see `test_sizes`
@@ -206,7 +206,7 @@ def test_pins_of_a_link_are_compared_in_a_table_and_in_curves_of_their_own_colou
     wait_until(lambda: "At most 4 settings can be pinned" in explorer.error(), what="the bound")
     assert explorer.query() == before
     explorer.moved(lambda: table.get_by_role("button", name="Unpin 1").click())
-    wait_until(lambda: [row[1] for row in rows_of(table)[1:]] == ["100", "30", "2500"], what="one pin less")
+    wait_until(lambda: [row[1] for row in rows_of(table)[1:]] == ["1000", "30", "2500"], what="one pin less")
     explorer.moved(lambda: table.get_by_role("button", name="Set the sliders to pin 2").click())
     assert explorer.typed("K").input_value() == "30"
     assert explorer.source("pinned2_phase_penalty") == explorer.source("phase_penalty")

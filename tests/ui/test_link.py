@@ -52,26 +52,17 @@ def test_the_reset_tool_takes_a_zoom_out_of_the_link(visit):
     assert low < min(points) < max(points) < high  # it knows where the data are, although it began zoomed
 
 
-@pytest.mark.parametrize(
-    ("tab", "figures", "choices"),
-    [
-        ("bifurcation", ["bifurcation"], {"Start": "up", "Coordinate": "xi1"}),
-        ("plane", ["plane_penalty", "plane_exact"], {"Colour": "contact"}),
-    ],
-)
-def test_the_view_of_a_study_comes_back(kept, visit, tab, figures, choices):
+def test_the_view_of_a_study_comes_back(kept, visit):
     """What the links of all studies hold: tests/app/test_link.py, tests/app/test_walked_links.py."""
-    explorer = begun(kept(f"?{SETTING}").open_view(tab), figures[0])
-    for label, value in choices.items():
-        panel(explorer).get_by_role("combobox", name=label).select_option(value)
+    figures = ["plane_penalty", "plane_exact"]
+    explorer = begun(kept(f"?{SETTING}").open_view("plane"), figures[0])
+    panel(explorer).get_by_role("combobox", name="Colour").select_option("contact")
     # What is chosen is drawn at the range of its data: a zoom before that would be taken back.
-    chosen = choices.values()
-    wait_until(lambda: all(value in explorer.address().get("choice", "") for value in chosen), what="the choices drawn")
+    wait_until(lambda: "contact" in explorer.address().get("choice", ""), what="the choice drawn")
     explorer.settle()
     zoomed(explorer, figures[0])
     second = visit(explorer.query())
-    for label, value in choices.items():
-        assert panel(second).get_by_role("combobox", name=label).input_value() == value
+    assert panel(second).get_by_role("combobox", name="Colour").input_value() == "contact"
     same_view(explorer, begun(second, figures[0]), figures)
 
 
@@ -94,10 +85,13 @@ def click_last_entry(explorer, figure):
     explorer.page.mouse.click(box["x"] + box["width"] - 12, box["y"] + box["height"] / 2)
 
 
-def test_muted_entries_and_the_theme_come_back(visit):
+def test_muted_entries_and_the_theme_come_back_and_dark_recolours_page_and_figures(visit):
     explorer = visit(whose="dark")  # a browser of its own, which remembers for no other test
     assert "theme" not in explorer.address()  # nobody has chosen
+    assert explorer.model("phase1", "background_fill_color").upper() == "#FFFFFF"
     explorer.change_theme("Dark page")
+    assert explorer.page.evaluate("document.documentElement.dataset.theme") == "dark"
+    assert explorer.model("phase1", "background_fill_color") == "#171E26"
     click_last_entry(explorer, "phase1")
     click_last_entry(explorer, "force")
     wanted = {"theme": "dark", "mute": "phase1:penalty;force:penalty_impulses"}
@@ -115,6 +109,9 @@ def test_muted_entries_and_the_theme_come_back(visit):
     assert second.page.evaluate("localStorage.getItem('vibroscope-theme')") is None
     third = visit(whose="dark")
     wait_until(lambda: third.address().get("theme") == "dark", what="the theme that was chosen on an earlier visit")
+    assert third.model("phase1", "background_fill_color") == "#171E26"
+    third.change_theme("Light page")
+    assert third.model("phase1", "background_fill_color").upper() == "#FFFFFF"
 
 
 def test_legend_entries_are_switches_for_the_keyboard_too(kept):

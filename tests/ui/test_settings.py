@@ -127,7 +127,7 @@ def test_physical_units_reach_every_figure_and_the_address(kept):
 
 
 def test_the_box_of_a_search_ends_within_the_window(visit):
-    explorer = visit("?eta=2.76&K=12000&D=18&steps=2000").explained()
+    explorer = visit("?eta=1.08&K=2500&D=8&steps=2000").explained()  # whose suggestion is known
     explorer.unfold("More: ")
     explorer.page.get_by_role("button", name="Options").click()
     explorer.page.get_by_label("Keep the present K").wait_for()

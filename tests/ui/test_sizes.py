@@ -126,7 +126,7 @@ CUT = """() => {
 # Open states beside the tabs as they are at first: a query, and what has come once the state is complete.
 _POINT = "eta=1.42&K=12000&D=18&steps=200"
 _LONG = "eta=1.86666666666667&K=1234.56789012345&bodies=two&d1=0.0123456789012345&threshold=1.23456789012345e-05"
-_PINS = ";".join(f"eta=1.3%26K={K}%26D=18%26steps=200" for K in (2500, 300, 100))
+_PINS = ";".join(f"eta=2.5%26K={K}%26D=18%26steps=200" for K in (2500, 300, 30))  # quickly explained
 _SWEEP = "zoom=eta:1.3,1.5&choice=branches:both;count:60;transient:200"
 STATES = {
     "pins": (f"?{_POINT}&pin={_PINS}", ".comparison-table .pin3 .acts"),

@@ -91,11 +91,13 @@ DARK = (
     ("step", "desktop"),
     ("code", "phone"),
 )
-# Of the other scenes, which have the layout of the first one, and of phones a share is looked at.
+# Of what has the layout of the first scene, and of phones a share is looked at.
 SCENES = [(name, "desktop") for name in VIEWS if name.startswith("scene") and name != "scene-a"]
-ALWAYS = [(name, "desktop") for name in VIEWS if (name, "desktop") not in SCENES]
+LIKE_SCENES = [("diverged", "desktop"), ("refused", "desktop")]
+ALWAYS = [(name, "desktop") for name in VIEWS if (name, "desktop") not in SCENES + LIKE_SCENES]
 ALWAYS += [look for look in DARK if look[1] == "phone"]
-SHARED = SCENES + [(name, "phone") for name, _ in ALWAYS if (name, "phone") not in ALWAYS]
+SHARED = [*SCENES, *((name, "phone") for name, _ in (*ALWAYS, *LIKE_SCENES) if (name, "phone") not in ALWAYS)]
+SHARED += LIKE_SCENES
 LOOKS = ALWAYS + SHARED
 TALLEST = 4000  # px of a picture
 # η and T/Δτ of chaotic motions. The last bits of their numbers depend on the processor: the compiler decides where it
