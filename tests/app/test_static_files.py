@@ -77,9 +77,7 @@ def test_of_the_libraries_comes_what_the_page_uses(scripts):
 def test_a_bundle_of_another_form_is_refused(text, tmp_path, monkeypatch):
     (tmp_path / "panel.min.js").write_text(text)
     monkeypatch.setattr(libraries, "DIST_DIR", tmp_path)
-    with pytest.raises(
-        RuntimeError, match=r"panel\.min\.js is no table of modules: install"
-    ):
+    with pytest.raises(RuntimeError, match=r"panel\.min\.js is no table of modules: install"):
         libraries.script.__wrapped__()
 
 
