@@ -2,7 +2,8 @@
 
 Each part names what it uses and why: what cannot be had without it, or the measurement that justifies it, which
 ``benchmarks/hooks.py`` repeats. `tests/app/test_compat.py` has a contract test for each part, and pyproject.toml caps
-the libraries' versions. The hooks into the libraries' scripts are in ``page/shared/compat.js``.
+the libraries' versions. The hooks into the libraries' scripts are in ``page/shared/compat.js``; what of these scripts a
+browser gets is in ``server/libraries.py``.
 """
 
 import threading

@@ -3,8 +3,8 @@
 Two servers run at the same time and take turns, so that what else the machine does meets both. For a hook of the server
 (`app.compat` and what uses it) visitors move a slider every second, and the measure is the time of the event loop's
 thread per move; ``defaults`` concerns what ended sessions leave, and there it is per visit, collections included. For a
-hook of the page (``compat.js``) the measure is the time of the page's main thread per key press,
-or per move of the pointer, and the time from the key to the paint. Each line gives with, without, and their ratio.
+hook of the page (``compat.js``) the measure is the time of the page's main thread per key press, per move of the
+pointer or per opening, and the time from the key to the paint. Each line gives with, without, and their ratio.
 
 .venv/bin/python benchmarks/hooks.py [NAME …]
 """
@@ -25,7 +25,7 @@ from sessions import Visitor, come_and_go, empty, url_of
 ROUNDS = 2
 VISITORS, MOVES = 10, 12  # of each server, one move a second
 VISITS, AT_ONCE, COLLECTED = 64, 8, 5.0  # of each server; s after the last session until garbage has been collected
-KEYS, POINTS = 10, 60
+KEYS, POINTS, OPENINGS = 10, 60, 5
 # How a server leaves one hook out, by Python that runs before anything is served.
 COMPONENT = "from vibroscope.app.compat import FastUpdates; del FastUpdates."
 SERVER_HOOKS = {
@@ -40,10 +40,11 @@ SERVER_HOOKS = {
 }
 VISIT_HOOKS = {"defaults": "from vibroscope.app.server import building; building.forget_empty_defaults = id"}
 PAGE_HOOKS = ("colours", "sheets", "positions", "glyphs", "legends", "tooltips")
+OPENING_HOOKS = ("figures", "resizes")
 PAGE_HOOK = """
-from vibroscope.app.page import page
-whole = page.script
-page.script = lambda *names: whole(*names).replace('hook("{name}",', '((...unused) => 0)("{name}",')
+from vibroscope.app.server.static_files import Module
+whole = Module.whole
+Module.whole = lambda path: whole(path).replace(b'hook("{name}",', b'((...unused) => 0)("{name}",')
 """
 SERVE = """
 from vibroscope.app.runtime.settings import Settings
@@ -148,6 +149,18 @@ def paint(name, browser):
             visit.close()
 
 
+def opening(name, browser):
+    """Compare the time of the page's main thread until the page is open."""
+    with servers(PAGE_HOOK.format(name=name)) as found:
+        cpu = [[], []]
+        for _ in range(OPENINGS):
+            for port, its_cpu in zip(found, cpu, strict=True):
+                visit = Visit(browser, port, EXPLORER)
+                its_cpu.append(visit.cpu())
+                visit.close()
+    report(name, "main thread, median, ms an opening", *map(np.median, cpu))
+
+
 def main(names):
     """Measure the named hooks, or all."""
     print(f"{'hook':12}{'':34}{'with':>8}{'without':>8}{'ratio':>9}")
@@ -157,13 +170,16 @@ def main(names):
     for name in VISIT_HOOKS:
         if not names or name in names:
             visits(name)
-    if names and not {*names} & {*PAGE_HOOKS}:
+    if names and not {*names} & {*PAGE_HOOKS, *OPENING_HOOKS}:
         return
     with sync_playwright() as playwright:
         browser = launch(playwright)
         for name in PAGE_HOOKS:
             if not names or name in names:
                 paint(name, browser)
+        for name in OPENING_HOOKS:
+            if not names or name in names:
+                opening(name, browser)
         browser.close()
 
 

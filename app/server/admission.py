@@ -25,10 +25,11 @@ from bokeh.server.tornado import BokehTornado
 from bokeh.util.token import check_token_signature, generate_jwt_token, generate_session_id, get_token_payload
 from panel.io.server import server_html_page_for_session
 from panel.io.state import set_curdoc
-from vibroscope.app.page.files import address_of, style
+from vibroscope.app.page.files import style
 from vibroscope.app.page.page import create_app
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.limits import Turns
+from vibroscope.app.server import libraries
 from vibroscope.app.server.building import PLAIN_REQUEST, PrewarmedSession
 from vibroscope.app.server.housekeeping import GarbageCollection
 
@@ -64,9 +65,11 @@ _BROKEN = "This page could not be built. The fault is the server's, and it has b
 _STOPPING = "This server is being restarted. Please try again in a moment."
 _PLACEHOLDER = "THE-TOKEN-OF-THIS-SESSION"
 _TEMPLATE_SESSION = "the page itself"
-# The page draws without WebGL; for the other two scripts see page/shared/compat.js and tables.js.
-_UNUSED_SCRIPT = re.compile(r'<script[^>]*src="[^"]*/(?:bokeh-gl|es-module-shims)[^"]*"[^>]*></script>')
-_TABLES = re.compile(r'<script[^>]*src="[^"]*/bokeh-tables[^"]*"[^>]*></script>')
+# The page draws without WebGL; for the next see page/shared/compat.js, for the others `libraries`.
+_UNUSED_SCRIPT = re.compile(
+    r'<script[^>]*src="[^"]*/(?:bokeh-(?:gl|widgets|tables)|es-module-shims)[^"]*"[^>]*></script>'
+)
+_PANEL = re.compile(r'<script[^>]*src="[^"]*/panel(?:\.min)?\.js[^"]*"[^>]*></script>')
 _SCRIPT_OF_BOKEH = re.compile(r'<script type="text/javascript">(\s*Bokeh\.[^<]*)</script>')
 
 
@@ -129,9 +132,7 @@ class Admission:
 
 def _without_unused(html: str) -> str:
     """The page without the scripts that it has no use for."""
-    return _TABLES.sub(
-        f'<script type="module" src="{address_of("shared/tables")}"></script>', _UNUSED_SCRIPT.sub("", html)
-    )
+    return _PANEL.sub(f'<script defer src="{libraries.address()}"></script>', _UNUSED_SCRIPT.sub("", html))
 
 
 def _with_styles(html: str, doc: Document) -> str:

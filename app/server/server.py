@@ -31,7 +31,7 @@ from vibroscope.app.server.admission import TOKEN_SECONDS, Admission, page_or_ap
 from vibroscope.app.server.building import SWITCH_SECONDS, ThreadedApplication
 from vibroscope.app.server.housekeeping import limit_cache, set_up_collection, trim_cache
 from vibroscope.app.server.security import Misdirected, OtherHost, SecurityHeaders, allowed_hosts, allowed_origins
-from vibroscope.app.server.static_files import Module, StaticFile, documentation_routes
+from vibroscope.app.server.static_files import Libraries, Module, StaticFile, documentation_routes
 from vibroscope.app.server.websocket import SessionSocket
 from vibroscope.engine import CompileProgress
 
@@ -116,6 +116,7 @@ def _make_app(chosen: Settings, admission: Admission, port: int) -> BokehTornado
             (r"/liveness", endpoints.Liveness),
             (r"/metrics", endpoints.Metrics),
             (r"/static/page/([0-9a-f]{12})/([\w/]+\.js)", Module, {"path": str(folder_of_modules())}),
+            (r"/static/libraries/([0-9a-f]{12}\.js)", Libraries, {"path": "static/libraries"}),
             (r"/static/extensions/panel/(.*)", StaticFile, {"path": str(DIST_DIR)}),
             (r"/static/(.*)", StaticFile, {"path": str(bokeh_settings.bokehjs_path())}),
             (r"/speed/(.*)", StaticFileHandler, {"path": str(ASSETS / "speed")}),

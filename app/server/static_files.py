@@ -17,6 +17,7 @@ import brotli
 from tornado.web import HTTPError, RedirectHandler, RequestHandler, StaticFileHandler
 from vibroscope.app.page.files import template, version
 from vibroscope.app.runtime.files import ASSETS
+from vibroscope.app.server import libraries
 from vibroscope.engine import cache_root
 
 _TEXT = re.compile(r"\.(?:css|html|js|json|mjs|svg)$")
@@ -56,10 +57,63 @@ class StaticFile(StaticFileHandler):
         if self.check_etag_header():
             self.set_status(304)
             return
-        body = await asyncio.to_thread(_compressed, self.absolute_path, encoding)
+        body = await asyncio.to_thread(self.compressed, self.absolute_path, encoding)
         self.set_header("Content-Length", len(body))
         if include_body:
             self.write(body)
+
+    @classmethod
+    def whole(cls, path: str) -> bytes:
+        """The content of a file."""
+        return Path(path).read_bytes()
+
+    @classmethod
+    @cache
+    def compressed(cls, path: str, encoding: str) -> bytes:
+        """The compressed content of a file."""
+        data = cls.whole(path)
+        return brotli_of(data) if encoding == "br" else gzip.compress(data, compresslevel=9, mtime=0)
+
+
+class Libraries(StaticFile):
+    """The script of `app.server.libraries`, which is in no file."""
+
+    def is_of_one_content(self) -> bool:
+        """See `StaticFile`."""
+        return True
+
+    @classmethod
+    def get_absolute_path(cls, root: str, path: str) -> str:
+        """See `tornado.web.StaticFileHandler`."""
+        return f"{root}/{path}"
+
+    def validate_absolute_path(self, root: str, absolute_path: str) -> str:
+        """See `tornado.web.StaticFileHandler`; 404 to a page of another version."""
+        if absolute_path != libraries.address():
+            raise HTTPError(404)
+        return absolute_path
+
+    @classmethod
+    def whole(cls, path: str) -> bytes:
+        """See `StaticFile`."""
+        return libraries.script()
+
+    @classmethod
+    def get_content(cls, abspath: str, start: int | None = None, end: int | None = None) -> bytes:
+        """See `tornado.web.StaticFileHandler`."""
+        return libraries.script()[start:end]
+
+    @classmethod
+    def get_content_version(cls, abspath: str) -> str:
+        """See `tornado.web.StaticFileHandler`."""
+        return abspath
+
+    def get_content_size(self) -> int:
+        """See `tornado.web.StaticFileHandler`."""
+        return len(libraries.script())
+
+    def get_modified_time(self) -> None:
+        """See `tornado.web.StaticFileHandler`."""
 
 
 class Module(StaticFile):
@@ -84,12 +138,6 @@ def _encoding(accepted: str) -> str | None:
     """The best encoding that a browser accepts."""
     refused = r"\s*;\s*q=0(?:\.0*)?\s*(?:,|$)"
     return next((name for name in _ENCODINGS if re.search(rf"\b{name}\b(?!{refused})", accepted)), None)
-
-
-@cache
-def _compressed(path: str, encoding: str) -> bytes:
-    data = Path(path).read_bytes()
-    return brotli_of(data) if encoding == "br" else gzip.compress(data, compresslevel=9, mtime=0)
 
 
 def brotli_of(data: bytes) -> bytes:

@@ -12,7 +12,7 @@ from urllib.parse import urljoin
 import brotli
 import pytest
 from vibroscope.app.page.files import modules
-from vibroscope.app.server import static_files
+from vibroscope.app.server import libraries, static_files
 
 from tests.browserless import Client
 from tests.waiting import PATIENCE
@@ -40,7 +40,7 @@ def scripts(server, page):
     return [f"{server.url}/{address}" for address in found]
 
 
-UNPACK = {"gzip": (gzip.decompress, 800_000), "br": (brotli.decompress, 620_000)}
+UNPACK = {"gzip": (gzip.decompress, 480_000), "br": (brotli.decompress, 370_000)}
 
 
 @pytest.mark.parametrize(("accepted", "encoding"), [("gzip", "gzip"), ("gzip, br", "br"), ("br;q=0, gzip", "gzip")])
@@ -61,6 +61,24 @@ def test_every_script_is_compressed_and_kept_for_ever(scripts, accepted, encodin
         sizes[url] = len(body)
     assert len(sizes) >= 3
     assert sum(sizes.values()) < most
+
+
+def test_of_the_libraries_comes_what_the_page_uses(scripts):
+    (url,) = (url for url in scripts if "/static/libraries/" in url)
+    text = get(url)[2].decode()
+    for name in libraries.MODELS.values():
+        assert f".{name}=" in text
+    assert "Copyright (c) Anaconda" in text
+    assert len(text) < 60_000
+    assert get(re.sub("[0-9a-f]{12}", 12 * "0", url))[0] == 404
+
+
+@pytest.mark.parametrize("text", ["", '"a": function _(e){},\n', '({\n}, "a", {}, {});});\n'])
+def test_a_bundle_of_another_form_is_refused(text, tmp_path, monkeypatch):
+    (tmp_path / "panel.min.js").write_text(text)
+    monkeypatch.setattr(libraries, "DIST_DIR", tmp_path)
+    with pytest.raises(RuntimeError, match=r"panel\.min\.js is no table of modules: install"):
+        libraries.script.__wrapped__()
 
 
 def test_what_is_kept_compressed_is_read_unless_it_is_damaged(tmp_path, monkeypatch):

@@ -5,7 +5,8 @@ from tests.waiting import wait_until
 
 OPENING = "?eta=1.08&K=100&D=50&steps=2000"
 SEEN = """name => {
-  const plot = Bokeh.documents[0].get_model_by_name(name), view = Bokeh.index.find_one(plot);
+  const plot = Bokeh.documents[0].get_model_by_name(name), view = plot && Bokeh.index.find_one(plot);
+  if (!view) return { title: "" };
   const box = view.el.getBoundingClientRect();
   const filled = source => [...(source.data.values?.() ?? Object.values(source.data))][0].length;
   const drawn = plot.renderers.filter(each => each.visible && filled(each.data_source));
@@ -34,6 +35,14 @@ def click_at(explorer, name, x, y):
         "name => Bokeh.index.find_one(Bokeh.documents[0].get_model_by_name(name)).el.scrollIntoView()", name
     )
     explorer.page.mouse.click(*explorer.page.evaluate(PLACE, [name, x, y]))
+
+
+def test_the_curves_come_when_they_are_looked_at(visit):
+    explorer = visit(OPENING).explained()
+    assert seen(explorer, "alone_K") == {"title": ""}
+    assert {"PNG", "SVG"} <= set(menu(explorer)["Difference over K"])
+    explorer.page.keyboard.press("Escape")
+    assert seen(searched(explorer), "alone_K")["title"].startswith("now 54 %; at best ")
 
 
 def test_three_curves_are_seen_and_a_click_on_a_minimum_sets_it_and_undo_takes_it_back(kept):

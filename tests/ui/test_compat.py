@@ -72,16 +72,58 @@ def test_a_page_that_was_just_opened_is_as_the_hooks_make_it(explorer):
     """The hooks "import" (Panel loads modules through ``window.importShim``), "sheets" and "switches"."""
     assert [complaint for complaint in explorer.complaints if "hook" in complaint] == []  # Bokeh has every name
     sources = explorer.page.evaluate("[...document.scripts].map(script => script.src).join(' ')")
-    assert "panel.min.js" in sources
-    assert "es-module-shims" not in sources
-    assert "bokeh-gl" not in sources
-    assert "bokeh-tables" not in sources  # what Panel's bundle asks of it stands in tables.js
+    assert "static/libraries/" in sources
+    for unused in ("panel.min.js", "es-module-shims", "bokeh-gl", "bokeh-tables", "bokeh-widgets"):
+        assert unused not in sources
     assert explorer.page.evaluate("String(importShim).includes('import(')")
     assert explorer.page.evaluate(SHEET) == [1, 2]  # not written again with the same text
     assert explorer.page.evaluate("kept.map(({ el }) => [el.role, el.tabIndex, el.ariaChecked])") == [
         ["switch", 0, "true"],
         ["switch", 0, "true"],
     ]
+
+
+LAID_OUT = """(() => {
+  window.laidOut = [];
+  window.viewOf = (name) => Bokeh.index.find_one_by_id(Bokeh.documents[0].get_model_by_name(name).id);
+  for (const name of ["phase1", "force"]) {
+    const view = viewOf(name), measure = view._measure_layout;
+    view._measure_layout = function () { laidOut.push(name); measure.call(this); };
+  }
+  window.layOutAll = () => {
+    let root = viewOf("force");
+    while (root.parent) root = root.parent;
+    laidOut.length = 0;
+    root.invalidate_layout();
+    return laidOut;
+  };
+  window.widen = (by) => {
+    laidOut.length = 0;
+    viewOf("phase1").model.setv({ min_border_left: viewOf("phase1").model.min_border_left + by }, { sync: false });
+    return laidOut;
+  };
+})()"""
+
+
+def test_a_figure_is_laid_out_alone_and_not_in_a_hidden_view(kept):
+    """The hooks "figures", "resizes" and "hidden"."""
+    explorer = kept.anew()
+    page = explorer.page
+    page.evaluate(LAID_OUT)
+    assert page.evaluate("layOutAll()") == ["phase1", "force"]
+    width = explorer.figure("phase1")["frame"]["width"]
+    assert page.evaluate("widen(30)") == ["phase1"]
+    assert explorer.figure("phase1")["frame"]["width"] < width
+    assert page.evaluate("widen(-30)") == ["phase1"]
+    assert explorer.figure("phase1")["frame"]["width"] == width
+    explorer.open_view("help")
+    assert page.evaluate("layOutAll()") == []
+    page.evaluate("laidOut.length = 0")
+    explorer.resized(1300, 900)
+    assert page.evaluate("laidOut") == []
+    explorer.open_view("explore")
+    wait_until(lambda: {"phase1", "force"} <= {*page.evaluate("laidOut")}, what="the layout of the figures")
+    wait_until(lambda: explorer.figure("force")["box"]["width"] < 1300, what="figures of the new width")
 
 
 CHOSEN = """(() => {

@@ -29,6 +29,7 @@ from vibroscope.app.page.shared.figure import (
     hover_tool,
     make_figure,
     show_rows,
+    write,
 )
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import percent, written
@@ -61,7 +62,7 @@ class AloneView:
     Attributes
     ----------
     view : Row
-        Hidden where there is nothing to search for.
+        Hidden where there is nothing to search for; the figures come when they are looked at (`add_figures`).
     facts : dict or None
         What is drawn: `app.explorer.explanation.alone_facts`.
     set_texts : callable
@@ -82,8 +83,8 @@ class AloneView:
         for pane in panes:
             pane.css_classes = [*pane.css_classes, "alone-figure"]
         sheet = style("explore/alone_row")
-        row = pn.Row(*panes, css_classes=["alone-row"], stylesheets=[sheet])
-        self.view = pn.Column(self.head, row, css_classes=["alone-card"], stylesheets=[sheet], visible=False)
+        self._row = pn.Row(*panes, css_classes=["alone-row"], stylesheets=[sheet])
+        self.view = pn.Column(self.head, css_classes=["alone-card"], stylesheets=[sheet], visible=False)
 
     def _build(self, name: str) -> figure:
         axes = {"x_axis_type": "log", "y_axis_type": "log", "x_range": Range1d(1.0, 10.0), "y_range": self._left}
@@ -112,13 +113,27 @@ class AloneView:
         plot.on_event(Tap, lambda event: self.take(name, event.x))
         return plot
 
+    @property
+    def has_figures(self) -> bool:
+        """Whether the figures are on the page."""
+        return self._row in self.view
+
+    def add_figures(self) -> None:
+        """Add the figures to the page, unless they are there: a third of all of Explore, and folded at first."""
+        if not self.has_figures:
+            self.view.append(self._row)
+
+    def _put(self, put: Put) -> Put:
+        """The browser does not know the sources of figures that are not on the page."""
+        return put if self.has_figures else write
+
     def wait(self, put: Put) -> None:
         """Draw nothing: the curves of another setting would be wrong."""
         self.facts = None
         if self.view.visible:
             self.head.state = "computing …"
         for name in NUMBERS:
-            self._clear(name, put)
+            self._clear(name, self._put(put))
 
     def show(self, facts: AloneFacts | None, setting: Setting, put: Put) -> None:
         """Draw what is known; None: there is nothing to search for."""
@@ -134,9 +149,9 @@ class AloneView:
         self.panes["D"].visible = has_d
         for name in NUMBERS:
             if name in facts["curves"]:
-                self._draw(name, facts, put)
+                self._draw(name, facts, self._put(put))
             else:
-                self._clear(name, put)
+                self._clear(name, self._put(put))
 
     def table(self, name: str) -> list[Series]:
         """The columns of the figure of a number, in the numbers of the model, what is left as a share."""

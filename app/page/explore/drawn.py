@@ -16,6 +16,7 @@ from vibroscope.app.page.explore.eta_map import EtaMapView
 from vibroscope.app.page.explore.figures import MotionView
 from vibroscope.app.page.explore.result import Result
 from vibroscope.app.page.explore.suggest import Suggester
+from vibroscope.app.page.shared.declared import declared
 from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, file_colour, file_style
 from vibroscope.app.page.tab import Look
 
@@ -86,6 +87,7 @@ def _calls(shapes: Sequence[tuple[str, list[float]]], dark: bool) -> Iterator[Ca
 
 _SINGLE = {"diagram": "reference", "front": "found", "comparison": "compared"}  # figures with one series: its label
 _FRONT = (360, 200)  # px
+_ALONE = "alone_"  # and the number that a curve is over
 
 
 class DrawnFigures:
@@ -106,15 +108,15 @@ class DrawnFigures:
         """All figures; the map once it is loaded, a suggestion and curves over numbers once they are found."""
         figures = FIGURES | ({"displacement": DIFFERENCE} if _draws_difference(result) else {})
         ready = {"diagram": self._eta_map.ready, "front": bool(self._suggester.front)}
-        ready |= {f"alone_{number}": number in self._alone.numbers for number in NUMBERS}
+        ready |= {f"{_ALONE}{number}": number in self._alone.numbers for number in NUMBERS}
         ready |= {"comparison": bool(self._comparison.rows), "phase2": not _at_wall(result)}
         return [figure for figure in figures.values() if ready.get(figure.name, True)]
 
     def table(self, name: str, result: Result, placed: Placed) -> list[Series]:
         """The columns of a figure, in the units of the setting."""
         setting, columns = result.setting, self.data(result, placed)
-        if name.startswith("alone_"):
-            return self._alone.table(name.removeprefix("alone_"))
+        if name.startswith(_ALONE):
+            return self._alone.table(name.removeprefix(_ALONE))
         if name in _SINGLE:
             return [Series(_SINGLE[name], columns[name])]
         if name == "displacement" and _draws_difference(result):
@@ -122,9 +124,12 @@ class DrawnFigures:
         return figure_table(name, columns, setting.scale, located=setting.located == "yes", wall=_at_wall(result))
 
     def drawing(self, name: str, result: Result, look: Look) -> Callable[[], Drawing] | None:
-        """A function that gives a figure that the page draws without Bokeh; None for others."""
+        """A function that gives a figure that the page has not among its figures of Bokeh; None for others."""
         if name == "mechanism":
             return lambda: body_drawing(look.bodies, dark=look.dark)
+        if name.startswith(_ALONE):
+            alone = declared(self._alone.figures[name.removeprefix(_ALONE)], dark=look.dark)
+            return lambda: alone
         front, tolerance = self._suggester.front, self._suggester.tolerance
         return (lambda: _front(front, tolerance, look)) if name == "front" else None
 

@@ -13,7 +13,7 @@ const STALE_AFTER = 500;
 
 export function render({ model }) {
   const root = element("div", "lines");
-  const further = furtherDetails();
+  const further = furtherDetails(model);
   const lines = [
     shippedMark(root),
     verdict(root, further),
@@ -71,11 +71,12 @@ function stampedHead(title) {
 const SAID = { periodic: "epeats", artefact: "blurred", chaotic: "chaotic", "quasi-periodic": "quasi-periodic", diverged: "No result" };
 
 // Folds what is asked for less often: here, and on the rest of Explore (`explore.css`).
-function furtherDetails() {
+function furtherDetails(model) {
   const box = element("details", "line further", [element("summary", "", "More: evidence, options, other motions, measurement")]);
   box.addEventListener("toggle", () => {
     const grid = box.getRootNode().host.getRootNode().host;
     grid.toggleAttribute("data-further", box.open);
+    if (box.open) model.send_msg({ further: true });
   });
   return box;
 }

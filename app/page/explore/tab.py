@@ -85,6 +85,7 @@ class Explore(TabView):
         self._alone.set_texts = self.host.set
         self.mechanism = Mechanism()
         self.findings = Findings()
+        self.findings.listen(further=(bool, lambda _: self._add_alone()))
         self._suggester = Suggester(self.host)
         self._coexisting = CoexistingMotions(self.host)
         self._opened = OpenedMotion()
@@ -354,6 +355,11 @@ class Explore(TabView):
         if self._explanation is None:
             with pn.io.hold(self.host.doc):
                 self._draw_alone(facts)
+
+    def _add_alone(self) -> None:
+        """The user has opened what is asked for less often."""
+        if not self._alone.has_figures:
+            self.host.add_models(self._alone.add_figures, self.host.update_offers)
 
     def _draw_alone(self, facts: AloneFacts | None) -> None:
         """Draw the curves over each number alone, as far as they are known."""

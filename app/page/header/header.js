@@ -25,7 +25,7 @@ export function render({ model }) {
   const adaptFigures = () => { darken(); adaptToTouch(allFigures()); fitFigures(); };
   for (const name of ["view", "offers"]) model.on(name, () => whenDrawn(root, adaptFigures)); // there are other figures
   model.on("view", () => whenDrawn(root, () => markPanel(model)));
-  whenDrawn(root, () => { adaptFigures(); markMain(); markPanel(model); tour(root, false); watchModels(() => whenDrawn(root, darken)); });
+  whenDrawn(root, () => { adaptFigures(); markMain(); markPanel(model); tour(root, false); watchModels(() => whenDrawn(root, adaptFigures)); });
   return root;
 }
 

@@ -1,5 +1,4 @@
-// With tables.js the only file of the page that uses private names of Bokeh's and Panel's scripts; it runs after them,
-// before any figure.
+// The only file of the page that uses private names of Bokeh's and Panel's scripts; it runs after them, before any figure.
 //
 // Bokeh asks for styles between writing others, and prepares curves that nobody sees. Each hook leaves out a part of that;
 // what is painted stays the same. Its comment says what the main thread takes without it (benchmarks/hooks.py NAME). If a
@@ -21,6 +20,56 @@ window.importShim = Object.assign((url) => import(url), { addImportMap() {} });
 // A key press takes 6 to 10 % more.
 hook("colours", "core/visuals/visual", "VisualProperties", {
   _get_css_value: () => () => "",
+});
+
+// Whatever changes in a figure or in the size of a component, Bokeh lays out all figures of the page. The grids of the page
+// give each figure a size that its content does not change, so that it is laid out alone. An opening takes 30 % more.
+hook("figures", "models/plots/plot_canvas", "PlotView", {
+  invalidate_layout: () => function () {
+    this.update_layout();
+    this.compute_layout();
+  },
+  compute_layout: () => function () {
+    this.measure_layout();
+    this.update_bbox();
+    this._compute_layout();
+    this.after_layout();
+    this._layout_computed = true;
+  },
+});
+hook("resizes", "models/layouts/layout_dom", "LayoutDOMView", {
+  after_resize: (act) => function () {
+    if (this.canvas_view) {
+      act.call(this);
+      return;
+    }
+    this._resized = true;
+    this._update_bbox(); // its own: a figure compares its size with the one that it was laid out for
+    this.finish();
+  },
+});
+
+// A view of a tab that is hidden is laid out once more, and then when it is shown again. To open one view after the other
+// takes twice as much.
+const rests = (view) => view.model.visible === false && view.laidOutHidden;
+const unlessHidden = (act) => function () {
+  return rests(this) ? undefined : act.call(this);
+};
+hook("hidden", "models/layouts/layout_dom", "LayoutDOMView", {
+  update_layout: unlessHidden,
+  measure_layout: unlessHidden,
+  update_bbox: unlessHidden,
+  _compute_layout: unlessHidden,
+  after_layout: (act) => function () {
+    if (rests(this)) return;
+    act.call(this);
+    this.laidOutHidden = !this.model.visible;
+  },
+  r_after_render: () => function () {
+    for (const child of this.children()) if (!rests(child)) child.r_after_render?.();
+    this.after_render();
+    this._was_built = true;
+  },
 });
 
 // The browser parses a style sheet again when the same text is written to it. A key press takes 17 to 24 % more.
