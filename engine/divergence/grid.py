@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 from vibroscope.engine.divergence.tolerances import BURSTS, DRAWS_NEARER, EVEN_SAMPLES, NARROW, NOTICED, SECTION_DRIFT
+from vibroscope.engine.drivers.newmark import takes_own_loop
 from vibroscope.engine.drivers.section import period_of
 from vibroscope.engine.law_table import LAWS
 from vibroscope.engine.model import DISPLACEMENTS, System
@@ -205,8 +206,8 @@ def settled_length(run: Callable[[str, int, int], Response], periods: int, keep:
 
 
 def skips_steps(run: Response) -> bool:
-    """Whether a run skips steps in which contact does not change: between two stops none is skipped."""
-    return run.method.skips_steps and not run.system.two_stops
+    """Whether a run skips steps in which contact does not change: between two stops the paper's method alone does."""
+    return run.method.skips_steps and (takes_own_loop(run.method) or not run.system.two_stops)
 
 
 def repeats(section: np.ndarray, keep: int) -> bool:

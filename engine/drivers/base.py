@@ -6,7 +6,7 @@ The base of the drivers with a time step: its state, counting in steps, and the 
 import math
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import ClassVar
 
@@ -188,7 +188,7 @@ class SteppingDriver(Driver):
         self._stops = [self.tables_of(p) for p in parameters_of_stops(*self.problem)]
         own = len(start.state) >= self.layout.size
         self._see_from(self._first_stop(start, own))
-        self._state = np.array(start.state[: self.layout.size]) if own else self.start_state(start)
+        self._state = self._as_seen(start.state if own else self.start_state(start))
         self._started = self.steps_taken()
         self.load_loop(0)
 
@@ -199,6 +199,10 @@ class SteppingDriver(Driver):
     def _see_from(self, stop: int) -> None:
         self._stop = stop
         vars(self).update(self._stops[stop])
+
+    def _as_seen(self, state: Sequence[float]) -> np.ndarray:
+        """A packed state, and behind it the stop from which it is seen."""
+        return np.append(state[: self.layout.size], float(self._stop))
 
     def _first_stop(self, start: Checkpoint, own: bool) -> int:
         """The number of the stop from which a start is seen."""
@@ -220,13 +224,14 @@ class SteppingDriver(Driver):
         if code != CROSSED:
             return code
         other = 1 - self._stop
-        self._state = self.turned(self._stops[other], self._now.step >= self._window[0])
+        state = self.turned(self._stops[other], self._now.step >= self._window[0])
         self._see_from(other)
+        self._state = self._as_seen(state)
         return PAUSED
 
     def checkpoint(self) -> Checkpoint:
-        seen_from = (float(self._stop),) if len(self._stops) > 1 else ()
-        return Checkpoint(*self.problem, self.periods, (*self._state.tolist(), *seen_from))
+        state = self._state if len(self._stops) > 1 else self._state[:-1]
+        return Checkpoint(*self.problem, self.periods, tuple(state.tolist()))
 
     @property
     def _now(self) -> tuple:

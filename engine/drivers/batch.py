@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine.drivers.base import CAPACITY
-from vibroscope.engine.drivers.event_driven import COMPLETION, no_tables, separating_circles
+from vibroscope.engine.drivers.event_driven import COMPLETION, separating_circles
 from vibroscope.engine.drivers.newmark import are_held, can_skip
 from vibroscope.engine.drivers.threads import Worker, share_out
 from vibroscope.engine.kernels import section_statistics
@@ -28,7 +28,7 @@ from vibroscope.engine.kernels.equations.motion import free_rate
 from vibroscope.engine.kernels.event_driven.saltation import make_variation
 from vibroscope.engine.kernels.event_driven.state import STATE as EVENT_STATE
 from vibroscope.engine.kernels.event_driven.state import SYSTEM
-from vibroscope.engine.kernels.parameters import Parameters
+from vibroscope.engine.kernels.parameters import Parameters, no_tables
 from vibroscope.engine.kernels.time_stepping.newmark import STATE as STEP_STATE
 from vibroscope.engine.methods import ExactPenalty, Method, Reference
 
@@ -56,12 +56,12 @@ class Task(NamedTuple):
 def are_compiled(method: Method, rows: np.ndarray) -> np.ndarray:
     """Whether the kernel runs each cell, (n,) of bool.
 
-    It does not with other laws or steps, nor if all steps are taken, as between two stops.
+    It does not with other laws or steps, nor if all steps are taken.
     """
     p = Parameters(*rows[:, 0].T)
     if not method.has_step:
         return np.full(len(rows), method.rigid or method.linear)
-    return np.isinf(p.play) & are_held(p) & can_skip(p.eta, uncompiled(free_rate)(p), p.steps, method)
+    return are_held(p) & can_skip(p.eta, uncompiled(free_rate)(p), p.steps, method)
 
 
 def calls_of(method: Method, rows: np.ndarray) -> np.ndarray:

@@ -12,7 +12,6 @@ from vibroscope.engine.drivers.base import Driver
 from vibroscope.engine.drivers.parameters import parameters_of_stops
 from vibroscope.engine.facts import ETA, Ending, stated
 from vibroscope.engine.kernels.compile.options import uncompiled
-from vibroscope.engine.kernels.compile.packing import Layout, aligned_zeros
 from vibroscope.engine.kernels.compile.record import Buffers, PackedBuffers, make_buffers
 from vibroscope.engine.kernels.equations.motion import contact_coordinates, displacements, pressed_generator
 from vibroscope.engine.kernels.event_driven import integrate as kernel
@@ -38,7 +37,7 @@ from vibroscope.engine.kernels.event_driven.state import (
 )
 from vibroscope.engine.kernels.event_driven.two_stops import write_start
 from vibroscope.engine.kernels.linear.tables import INTEGRAL
-from vibroscope.engine.kernels.parameters import Parameters, no_keys
+from vibroscope.engine.kernels.parameters import Parameters, no_tables
 from vibroscope.engine.kernels.status import OK, PAUSED, UNRESOLVED
 from vibroscope.engine.load import Load
 from vibroscope.engine.methods import ExactPenalty, Reference
@@ -74,15 +73,6 @@ def separating_circles(rows: np.ndarray) -> np.ndarray:
     inner, outer = (np.take_along_axis(sizes, k[:, None], axis=1)[:, 0] for k in (last, last + 1))
     circles[stiff] = np.where(wide.any(axis=1)[:, None], np.column_stack([np.sqrt(inner * outer), inner]), 0.0)
     return circles
-
-
-def no_tables(layout: Layout, stops: int, more: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """Room for the tables of each stop, (stops, n), and their keys, (stops, 2, len(Parameters)).
-
-    ``more``: numbers behind the tables.
-    """
-    packed = aligned_zeros(stops * (layout.size + more)).reshape(stops, -1)
-    return packed, np.array([no_keys() for _ in range(stops)])
 
 
 class EventDrivenSystem(NamedTuple):

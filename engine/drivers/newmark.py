@@ -7,6 +7,7 @@ Plain twin: :func:`engine.simulate` (tests/engine/test_trials.py).
 """
 
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 from vibroscope.engine.drivers.base import CAPACITY, SteppingDriver
@@ -16,7 +17,7 @@ from vibroscope.engine.kernels.accelerated.step_map import FREE, REACHES, SKIPPI
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.compile.record import Buffers, PackedBuffers, make_buffers
 from vibroscope.engine.kernels.equations.motion import free_rate
-from vibroscope.engine.kernels.parameters import Parameters, no_keys
+from vibroscope.engine.kernels.parameters import Parameters, no_tables
 from vibroscope.engine.kernels.status import FULL, OK
 from vibroscope.engine.kernels.time_stepping import newmark
 from vibroscope.engine.kernels.time_stepping.newmark import STATE, write_start
@@ -48,43 +49,41 @@ def has_strides(eta: float, rate, steps):
     return SHORTEST_STRIDE * rate * 2 * np.pi / eta / steps <= REACHES[FREE]
 
 
+def packed_skips(rows: np.ndarray) -> np.ndarray:
+    """The tables of skips, (s, SKIPPING.size), of parameters as seen from each stop, (s, n)."""
+    packed, keys = no_tables(SKIPPING, len(rows))
+    for each in zip(packed, keys, rows, strict=True):
+        set_up_skipping(*each)
+    return packed
+
+
 class NewmarkDriver(SteppingDriver):
     """One run of Newmark's method: skipping steps where that is possible, else step by step."""
 
     layout = newmark.STATE
     solves_per_call = STEPS_PER_CALL
 
+    @cached_property
+    def _packed(self) -> np.ndarray | None:
+        """The tables of skips as seen from each stop; None where every step is taken."""
+        stops = parameters_of_stops(*self.problem)
+        p, harmonic = stops[0], self.system.excitation.load is None
+        skips = harmonic and are_held(p) and can_skip(p.eta, free_rate(p), self.method.steps, self.method)
+        return packed_skips(np.array(stops)) if skips else None
+
     def tables_of(self, p: Parameters) -> dict:
-        row, scheme, packed, cosines = np.array(p), newmark.scheme_of(p), None, None
-        harmonic = self.system.excitation.load is None
-        if (
-            harmonic
-            and np.isinf(p.play)
-            and are_held(p)
-            and can_skip(p.eta, free_rate(p), self.method.steps, self.method)
-        ):
-            packed = SKIPPING.zeros()
-            set_up_skipping(packed, no_keys(), row)
-        else:
-            cosines = self.cosines_of_steps(scheme)
-        return {"_row": row, "_scheme": scheme, "_packed": packed, "_cosines": cosines, "_play": p.play}
+        scheme = newmark.scheme_of(p)
+        cosines = None if self._packed is not None else self.cosines_of_steps(scheme)
+        return {"_row": np.array(p), "_scheme": scheme, "_cosines": cosines}
 
     def start_state(self, start: Checkpoint) -> np.ndarray:
-        state = self.layout.zeros()
+        state = np.zeros(self.layout.size + 1)
         row = np.array(at_start(Parameters(*self._row), self.load[0, 0]))
-        newmark.write_start(row, state, *map(float, start.state))
+        newmark.write_start(row[None], state, *map(float, start.state))
         return state
 
     def turned(self, other: dict, begins: bool) -> np.ndarray:
-        m, n, s = self._scheme, other["_scheme"], self._now
-        first, second = m.rest1 + n.rest1, m.rest2 + n.rest2
-        gap = self._play - (s.gap - m.touch)
-        p1, q1, p2, q2, a1, a2 = -s.p1 - first, -s.q1, -s.p2 - second, -s.q2, -s.a1, -s.a2
-        contact = s.contact
-        if gap <= 0.0:  # within one step across the play: the speed at its end stands for the mean over the step
-            motion, rate = uncompiled(newmark.motion)(n, p1, q1, a1, p2, q2, a2), q2 - q1 - 0.5 * (a2 - a1)
-            contact = newmark.begin_contact(n, s.step, motion, -rate / n.h if begins else 0.0)
-        return self.layout.pack(newmark.StepState(p1, q1, p2, q2, a1, a2, gap + n.touch, gap <= 0.0, s.step, contact))
+        return self.layout.pack(uncompiled(newmark.turned)(self._scheme, other["_scheme"], self._now, begins))
 
     def cosines_of_steps(self, m: newmark.Scheme) -> tuple[np.ndarray, np.ndarray]:
         """cos(ητ + ψ), or the load, of both bodies at the beginning of each step, and at the end of the last.
@@ -106,7 +105,9 @@ class NewmarkDriver(SteppingDriver):
         arrays = self._state, last, self._window
         if self._packed is None:
             return newmark.integrate(self._scheme, self._cosines, *arrays, buffers.views)
-        return skip.integrate_skipping(self._packed, *arrays, buffers.flat, buffers.sizes, True)
+        code = skip.integrate_skipping(self._packed, *arrays, buffers.flat, buffers.sizes, True)
+        self._see_from(int(self._state[newmark.SEEN_FROM]))
+        return code
 
     def record_open_contact(self, buffers: Buffers) -> None:
         last, now = self._steps_done(), self._now
@@ -131,11 +132,12 @@ class SkippedSamples:
     def __init__(self, system: System, eta: float):
         self._method = Newmark(1.0, 0.0, 1000)
         self._eta = eta
-        parameters, *_ = parameters_of_stops(system, eta, self._method)
-        self._skips = not system.two_stops and are_held(parameters)
-        self._rate = free_rate(parameters)
-        self._rows = np.array([parameters])
-        self._packed, self._keys, self._state = SKIPPING.zeros(), no_keys(), STATE.zeros()
+        stops = parameters_of_stops(system, eta, self._method)
+        self._skips, self._rate = are_held(stops[0]), free_rate(stops[0])
+        self._rows = np.array(stops)
+        self._factors = np.array([(1.0, 1.0), (system.stiffness_factor2, system.damping_factor2)][: len(stops)]).T
+        self._packed, self._keys = no_tables(SKIPPING, len(stops))
+        self._state = np.zeros(STATE.size + 1)
         self._step = STATE.begin("step")
         self._nothing = make_buffers(0, np.zeros(1), 0, 0)
         self._made: dict[tuple[int, int], PackedBuffers] = {}
@@ -161,10 +163,12 @@ class SkippedSamples:
         Cancelled
             If ``cancelled``, which is polled at first and many times a second, returned true.
         """
-        steps = numbers[2]
-        parameter_rows(self._rows, dict(zip(("stiffness", "damping", "steps"), numbers, strict=True)))
-        set_up_skipping(self._packed, self._keys, self._rows[0])
-        write_start(self._rows[0], self._state, *start)
+        K, D, steps = numbers
+        stiffness, damping = self._factors  # of the second stop multiples of those of the first
+        parameter_rows(self._rows, {"stiffness": K * stiffness, "damping": D * damping, "steps": steps})
+        for each in zip(self._packed, self._keys, self._rows, strict=True):
+            set_up_skipping(*each)
+        write_start(self._rows, self._state, *start)
         stride, sampled = record.stride(steps), periods - record.periods
         window, buffers = (sampled * steps, sampled * steps, stride), self._buffers(record.periods, -(-steps // stride))
         for begin, end, recorded in ((0, sampled, self._nothing), (sampled, periods, buffers)):

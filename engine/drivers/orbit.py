@@ -9,14 +9,14 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.drivers.event_driven import COMPLETION, no_tables
+from vibroscope.engine.drivers.event_driven import COMPLETION
 from vibroscope.engine.drivers.parameters import parameters_of_stops
 from vibroscope.engine.kernels.event_driven import orbit as event
 from vibroscope.engine.kernels.event_driven import orbit_steps as steps
 from vibroscope.engine.kernels.event_driven.orbit import evaluate_orbit, orbit_slope, orbit_state_later
 from vibroscope.engine.kernels.event_driven.orbit_steps import solve_orbit
 from vibroscope.engine.kernels.event_driven.state import SYSTEM
-from vibroscope.engine.kernels.parameters import ETA
+from vibroscope.engine.kernels.parameters import ETA, no_tables
 from vibroscope.engine.methods import ExactPenalty, Reference
 from vibroscope.engine.model import System
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine.kernels.compile.options import jit_no_alloc
-from vibroscope.engine.kernels.compile.packing import Layout
+from vibroscope.engine.kernels.compile.packing import Layout, aligned_zeros
 
 
 class Parameters(NamedTuple):
@@ -82,6 +82,15 @@ unpack_parameters = Layout(Parameters).unpack
 def no_keys() -> np.ndarray:
     """The keys of tables that have not been set up: no number equals them."""
     return np.full((2, len(Parameters._fields)), np.nan)
+
+
+def no_tables(layout: Layout, stops: int, more: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Room for the tables of each stop, (stops, n), and their keys, (stops, 2, len(Parameters)).
+
+    ``more``: numbers behind the tables.
+    """
+    packed = aligned_zeros(stops * (layout.size + more)).reshape(stops, -1)
+    return packed, np.array([no_keys() for _ in range(stops)])
 
 
 @jit_no_alloc

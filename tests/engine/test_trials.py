@@ -30,7 +30,15 @@ def runs(monkeypatch):
 
 
 @pytest.mark.parametrize("located", [False, True])
-@pytest.mark.parametrize(("system", "eta"), [(System(), ETA), (System(), 3.25), (System(wall=True), 2.2)])  # 1, 2, 1
+@pytest.mark.parametrize(
+    ("system", "eta"),
+    [
+        (System(), ETA),  # period 1
+        (System(), 3.25),  # 2
+        (System(wall=True), 2.2),  # 1
+        (System(clearance=0.4, clearance2=1.1, stiffness_factor2=2.0, damping_factor2=1.4), 3.25),  # 2
+    ],
+)
 def test_the_error_of_a_trial_is_that_of_a_single_run(system, eta, located):
     found = steady(system, eta, Reference())
     rng = np.random.default_rng(6)

@@ -339,17 +339,21 @@ def test_a_cell_of_a_study_is_a_run(method):
         np.testing.assert_array_equal(cells.end[i], run.section[-1])
 
 
-def test_cells_with_one_stop_and_with_two_run_side_by_side():
+@pytest.mark.parametrize("method", [ExactPenalty(1.0, 1.0), Newmark(1.0, 1.0, 2000)], ids=["exact", "newmark"])
+def test_cells_with_one_stop_and_with_two_run_side_by_side(method):
     """In one call of the kernel, each with its own K and D at either stop; the disturbance of each is its own, too."""
     systems = [WALL, replace(WALL, **STIFF), WALL.with_first_stop, replace(WALL, clearance2=0.6)]
     stiffness, damping = np.array([4000.0, 3000.0, 4000.0, 2000.0]), np.array([5.0, 4.0, 5.0, 6.0])
-    cells = Cells(systems, np.full(4, 1.3), ExactPenalty(1.0, 1.0), stiffness=stiffness, damping=damping)
+    cells = Cells(systems, np.full(4, 1.3), method, stiffness=stiffness, damping=damping)
     found, exponents = run_cells(cells, transient=30, sample=10), {}
-    follow_cells(cells, np.arange(4), found.end, 256, exponents.__setitem__)
+    if not method.has_step:
+        follow_cells(cells, np.arange(4), found.end, 256, exponents.__setitem__)
     for i, system in enumerate(systems):
-        method = ExactPenalty(stiffness[i], damping[i])
+        method = replace(method, stiffness=stiffness[i], damping=damping[i])
         run = simulate(system, 1.3, method, periods=40, keep=10)
         np.testing.assert_array_equal(found.section[i], run.section)
+        if method.has_step:
+            continue
         alone = lyapunov(system, 1.3, method, initial=found.section[i, -1], periods=256)
         assert (exponents[i].exponent, exponents[i].section.tobytes()) == (alone.exponent, alone.section.tobytes())
 
@@ -572,5 +576,6 @@ def test_a_verdict_tries_no_contact_between_two_stops_that_is_shorter_than_a_few
     in_contact = math.pi / np.sqrt(stiffness) / (2.0 * math.pi / scene.steps)  # steps
     assert stiffness[0] < 10.0 < 10.0 * scene.K < stiffness[-1]
     assert in_contact.min() > 3.5
-    assert found.together
-    assert found.left < 0.5 * found.alone.total
+    # K, D and the step together leave 10.7 of 18.6 % once the motion has settled
+    assert not found.together
+    assert "No number alone halves it: at best no time step leaves 16 %" in str(found.headline)

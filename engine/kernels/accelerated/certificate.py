@@ -5,16 +5,18 @@ which the processor forms side by side. Where the bound of a coarse level exclud
 entries, its strides are skipped. Where that ends, the next finer level takes over. At last single steps find the step
 with which contact changes, by the sign of the gap, as the plain loop does.
 
-A skip ends with that step or, before it, where a gap is so near to zero that rounding could change its sign.
+A skip ends with that step or, before it, where a gap is so near to zero that rounding could change its sign. Between
+two stops it ends, too, before a gap from which steps are seen from the other stop: rows with the other sign say when.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine.kernels.accelerated.step_map import ENTRIES
-from vibroscope.engine.kernels.compile.options import jit_inlined
+from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
 from vibroscope.engine.kernels.linear.tables import apply_transition, dot
-from vibroscope.engine.kernels.time_stepping.newmark import LIMIT
+from vibroscope.engine.kernels.time_stepping.newmark import FAR_FROM_STOP, LIMIT
 
 FAR = 1e-3 * LIMIT  # beyond it no step is skipped
 
@@ -60,6 +62,28 @@ def entries_above(t, pressed, level, z, bound, begin):
     return begin + int(first)
 
 
+@jit_no_alloc
+def entries_below(t, pressed, level, z, bound, most):
+    """Entries of a level, at most so many, before the first whose tabulated gap is not below the bound."""
+    found, against = 0, (-z[0], -z[1], -z[2], -z[3], -z[4], -z[5])
+    for begin in range(0, most, GROUP):
+        found = entries_above(t, pressed, level, against, -bound, begin)
+        if found < begin + GROUP:
+            break
+    return min(found, most)
+
+
+@jit_inlined
+def entries_between(t, pressed, level, z, low, high):
+    """Entries of a level before the first whose tabulated gap does not lie between two bounds; high may be infinite."""
+    found = 0
+    for begin in range(0, ENTRIES, GROUP):
+        found = entries_above(t, pressed, level, z, low, begin)
+        if found < begin + GROUP:
+            break
+    return found if high == math.inf else entries_below(t, pressed, level, z, high, found)
+
+
 @jit_inlined
 def gap_bound(t, pressed, level, z):
     """b of Eq. (45)."""
@@ -73,8 +97,11 @@ def uncertainty(t, pressed, z):
 
 
 @jit_inlined
-def certified_entries(t, pressed, level, z):
-    """Entries of a level up to which contact certainly does not change; 0 where single steps do as well."""
+def certified_entries(t, pressed, level, z, far):
+    """Entries of a level up to which contact certainly does not change; 0 where single steps do as well.
+
+    ``far``: a gap that a flight does not come to, either; infinite if there is none.
+    """
     if t.strides[pressed, level] == 0:
         return 0
     bound = gap_bound(t, pressed, level, z)
@@ -83,31 +110,29 @@ def certified_entries(t, pressed, level, z):
     near = signed_gap_at(t, pressed, 0, z, 1)
     if not (near > bound or (near > 0.0 and signed_gap_at(t, pressed, level, z, 1) > 4.0 * bound)):
         return 0
-    bound += t.surfaces[pressed]
-    entries = 0
-    for begin in range(0, ENTRIES, GROUP):
-        entries = entries_above(t, pressed, level, z, bound, begin)
-        if entries < begin + GROUP:
-            break
+    ceiling = math.inf if pressed else far - bound
+    if near >= ceiling:
+        return 0
+    surface = t.surfaces[pressed]
+    entries = entries_between(t, pressed, level, z, bound + surface, ceiling + surface)
     return entries if entries * t.strides[pressed, level] > FEW else 0
 
 
 @jit_inlined
-def single_steps(t, pressed, z, signed_gap):
+def single_steps(t, pressed, z, signed_gap, far):
     """Steps up to the first with which contact changes by the sign of the gap; what follows; the last signed gaps.
 
-    A gap whose sign is not certain ends them as well, so that a graze within rounding is left to the plain step.
+    A gap whose sign is not certain ends them as well, so that a graze within rounding is left to the plain step; and so
+    does one that comes to ``far``.
     """
-    surface, count, uncertain = t.surfaces[pressed], ENTRIES, uncertainty(t, pressed, z)
-    for begin in range(0, ENTRIES, GROUP):
-        count = entries_above(t, pressed, 0, z, uncertain + surface, begin)
-        if count < begin + GROUP:
-            break
+    surface, uncertain = t.surfaces[pressed], uncertainty(t, pressed, z)
+    ceiling = math.inf if pressed else far - uncertain + surface
+    count = entries_between(t, pressed, 0, z, uncertain + surface, ceiling)
     before = signed_gap_at(t, pressed, 0, z, count) if count > 0 else signed_gap
     if count == ENTRIES:
         return count, SKIP_ON, before, before
     change = signed_gap_at(t, pressed, 0, z, count + 1)
-    if min(before, -change) > uncertain:
+    if min(before, -change) > uncertain and -change < far:
         return count + 1, CHANGE, before, change
     fine = max(count - 1, 0)
     before = signed_gap_at(t, pressed, 0, z, fine) if fine > 0 else signed_gap
@@ -117,22 +142,22 @@ def single_steps(t, pressed, z, signed_gap):
 @jit_inlined
 def certify_skip(p, pressed, z, signed_gap):
     """The skip from z; none where the motion is about to diverge."""
-    t = p.tables
+    t, far = p.tables, FAR_FROM_STOP * p.scheme.play
     if not abs(z[0]) + abs(z[2]) + p.steps * (abs(z[1]) + abs(z[3])) < FAR:
         return Skip(0, 0, 0, TAKE_STEP, signed_gap, signed_gap, z)
-    coarse = certified_entries(t, pressed, 2, z)
+    coarse = certified_entries(t, pressed, 2, z, far)
     if coarse > 0:
         signed_gap = signed_gap_at(t, pressed, 2, z, coarse)
         z = apply_transition(t.matrices[pressed, 2], z, coarse)
     if coarse == ENTRIES:
         return Skip(coarse, 0, 0, SKIP_ON, signed_gap, signed_gap, z)
-    middle = certified_entries(t, pressed, 1, z)
+    middle = certified_entries(t, pressed, 1, z, far)
     if middle > 0:
         signed_gap = signed_gap_at(t, pressed, 1, z, middle)
         z = apply_transition(t.matrices[pressed, 1], z, middle)
     if middle == ENTRIES:
         return Skip(coarse, middle, 0, SKIP_ON, signed_gap, signed_gap, z)
-    fine, outcome, before, signed_gap = single_steps(t, pressed, z, signed_gap)
+    fine, outcome, before, signed_gap = single_steps(t, pressed, z, signed_gap, far)
     return Skip(coarse, middle, fine, outcome, before, signed_gap, z)
 
 

@@ -6,6 +6,9 @@ taken as the plain loop takes it; only there may contact change at another step 
 depend on where a run is cut: one that reaches beyond its end is not made, what is asked for within it is read off, and
 the next call begins with it.
 
+Between two stops a flight is certified up to a gap that is far from the stop from which it is seen, and goes on as seen
+from the other one, with the tables of that.
+
 Plain twin: :func:`..time_stepping.newmark.integrate` (tests/engine/kernels/test_skip.py).
 
 Output of steps that are skipped: motion, contact force and impulse, read off tables (:mod:`.step_map`).
@@ -21,18 +24,21 @@ from vibroscope.engine.kernels.compile.options import jit_inlined, jit_no_alloc
 from vibroscope.engine.kernels.compile.record import no_room, unpack_buffers, unrecorded_contact, with_impulse
 from vibroscope.engine.kernels.linear.cos_sin import cos_sin
 from vibroscope.engine.kernels.linear.tables import apply_transition, dot
-from vibroscope.engine.kernels.status import DIVERGED, FULL, OK
+from vibroscope.engine.kernels.status import CROSSED, FULL, OK
 from vibroscope.engine.kernels.time_stepping.newmark import (
     LIMIT,
+    SEEN_FROM,
     StepState,
     begin_contact,
     displaced,
     end_contact,
+    ending_of,
     force_at,
     motion,
     motion_of,
     phased,
     step,
+    turned,
     unpack_state,
     with_contact,
     write_output,
@@ -207,16 +213,26 @@ def change_contact(m, now, there, closed, kept, buffers):
 
 
 @jit_no_alloc
+def turn(packed, state, kept_from):
+    """Write the state as seen from the other stop; the impact of a contact that begins counts from a step on."""
+    seen_from, now = int(state[SEEN_FROM]), unpack_state(state)
+    here, there = unpack_skipping(packed[seen_from]).scheme, unpack_skipping(packed[1 - seen_from]).scheme
+    write_state(state, turned(here, there, now, now.step >= kept_from))
+    state[SEEN_FROM] = 1 - seen_from
+
+
+@jit_no_alloc
 def integrate_skipping(packed, state, stop, window, flat, sizes, full):
     """Integrate the discrete solution to the end of step ``stop``, as :func:`..time_stepping.newmark.integrate` does.
 
     Parameters
     ----------
-    packed : (SKIPPING.size,) float64
-        A :class:`.step_map.SkippingScheme`.
-    state : (STATE.size,) float64
-        A :class:`..time_stepping.newmark.StepState`, changed in place. Its ``step`` is the one from which the next call
-        goes on: ``stop`` or, where a skip reaches beyond, the step before that skip.
+    packed : (1, SKIPPING.size) or (2, SKIPPING.size) float64
+        A :class:`.step_map.SkippingScheme` of each stop.
+    state : (STATE.size + 1,) float64
+        A :class:`..time_stepping.newmark.StepState` and the stop from which it is seen, changed in place. Its ``step``
+        is the one from which the next call goes on: ``stop`` or, where a skip reaches beyond, the step before that
+        skip.
     stop : int
     window : (3,) int64
         The step at which the kept periods begin, the step at which sampling begins, and the steps from sample to
@@ -231,6 +247,16 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, full):
     int
         OK, DIVERGED or FULL.
     """
+    status = skip_from_stop(packed[int(state[SEEN_FROM])], state, stop, window, flat, sizes, full)
+    while status == CROSSED:
+        turn(packed, state, window[0])
+        status = skip_from_stop(packed[int(state[SEEN_FROM])], state, stop, window, flat, sizes, full)
+    return status
+
+
+@jit_no_alloc
+def skip_from_stop(packed, state, stop, window, flat, sizes, full):
+    """The same as seen from one stop, whose tables are ``packed``, (SKIPPING.size,): OK, DIVERGED, FULL or CROSSED."""
     p, buffers, now, status = unpack_skipping(packed), unpack_buffers(flat, sizes), unpack_state(state), OK
     kept, sampled = buffers.section.shape[0] > 0, buffers.samples.shape[0] > 0
     at = excitation_at(p, now.step % p.steps)
@@ -268,8 +294,8 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, full):
             if kept:
                 push = force_at(p.scheme, there, now.pressed)
                 write_output(now.step, at.k, p.steps, there, push, window, buffers)
-            if not abs(now.gap) < LIMIT:
-                status = DIVERGED
+            if not -LIMIT < now.gap < p.scheme.reach:
+                status = ending_of(now.gap)
                 break
     write_state(state, now)
     return status
@@ -278,7 +304,7 @@ def integrate_skipping(packed, state, stop, window, flat, sizes, full):
 @jit_no_alloc
 def record_open_contact(packed, state, stop, buffers):
     """Take the steps that are left of an open contact up to ``stop``, and record it as if it ended there."""
-    p, now = unpack_skipping(packed), unpack_state(state)
+    p, now = unpack_skipping(packed[int(state[SEEN_FROM])]), unpack_state(state)
     while now.step < stop:
         now = state_after_step(p, now, excitation_at(p, (now.step + 1) % p.steps))
     end_contact(p.scheme, now.contact, now.step, motion_of(p.scheme, now), 0.0, buffers)

@@ -31,6 +31,7 @@ from vibroscope.engine.kernels.event_driven.integrate import MOST_PAUSES, integr
 from vibroscope.engine.kernels.event_driven.state import SEEN_FROM, unpack_state, unpack_system
 from vibroscope.engine.kernels.event_driven.state import unpack_state as unpack_event_state
 from vibroscope.engine.kernels.status import FULL, OK, PAUSED, UNRESOLVED, WITHDRAWN
+from vibroscope.engine.kernels.time_stepping.newmark import SEEN_FROM as STEPS_SEEN_FROM
 from vibroscope.engine.kernels.time_stepping.newmark import unpack_state as unpack_step_state
 
 CYCLE = 12
@@ -59,7 +60,7 @@ def event_state_recurs(now, before, periods, period, tolerance):
 def step_state_recurs(now, before, periods, n, tolerance):
     """Whether a packed state of Newmark's method is that of so many periods before."""
     a, b = unpack_step_state(now), unpack_step_state(before)
-    if a.step != b.step + periods * n or a.pressed != b.pressed:
+    if a.step != b.step + periods * n or a.pressed != b.pressed or now[STEPS_SEEN_FROM] != before[STEPS_SEEN_FROM]:
         return False
     far = tolerance * (abs(a.p1) + abs(a.p2))
     fast = tolerance * (abs(a.q1) + abs(a.q2)) + far / n  # Q = Δτ ξ′: a displacement over a step
@@ -88,7 +89,7 @@ def integrate_to(work, plan, grid, stop, log, record, signals):
     while signals[0] == 0:
         if plan.kind == SKIPPING:
             window = (origin * n, origin * n, -(-n // sizes[3]))
-            status = integrate_skipping(work.packed[0], work.state, stop * n, window, flat, sizes, BRIEFLY)
+            status = integrate_skipping(work.packed, work.state, stop * n, window, flat, sizes, BRIEFLY)
         else:
             start = float(origin), float(origin)
             status, _, _ = integrate(work.packed, work.state, float(stop), start, flat, sizes, None)
@@ -122,7 +123,7 @@ def log_open_contact(work, plan, grid, stop, log, record):
     buffers = unpack_buffers(flat, sizes)
     if plan.kind == SKIPPING:
         if unpack_step_state(work.state).pressed:
-            record_open_steps(work.packed[0], work.state, stop * int(grid[1]), buffers)
+            record_open_steps(work.packed, work.state, stop * int(grid[1]), buffers)
     else:
         window = (float(origin), float(stop))
         system = unpack_system(work.packed[int(work.state[SEEN_FROM])])

@@ -37,7 +37,7 @@ class BatchPlan(NamedTuple):
     kind: int  # REFERENCE, EXACT or SKIPPING
     transient: int
     sample: int  # periods; 0: the cells end where their section lies in a trapping region, or with the transient
-    recurrence: float  # share of the size of a state within which it is that of a cycle before; 0: no cell stops early
+    recurrence: float  # share of its size within which a state is one of before; 0: no cell stops early
     coordinates: np.ndarray  # (c,) int64
     completion: float  # of a chatter (engine.drivers.event_driven)
     traps: Traps
@@ -63,7 +63,7 @@ class BatchResults(NamedTuple):
     end: np.ndarray  # (n, 4) the last row of the section; without a sample that in a trapping region, if there is one
     periods: np.ndarray  # (n,) int64 that were run; without a sample up to the section in the region
     known: np.ndarray  # (n,) int64 index of the trapping region, or NO_TRAP
-    cycle: np.ndarray  # (n,) int64 periods after which the motion was seen to repeat itself to rounding, or 0
+    cycle: np.ndarray  # (n,) int64 periods after which the state was seen to recur within ``recurrence``, or 0
 
 
 class WorkSpace(NamedTuple):
@@ -87,8 +87,9 @@ def prepare(work, cells, plan, i, start):
     rows, rigid = cells.parameters[i], plan.kind == REFERENCE
     p = unpack_parameters(rows[0])
     if plan.kind == SKIPPING:
-        set_up_skipping(work.packed[0], work.keys[0], rows[0])
-        write_step_start(rows[0], work.state, start[0], start[1], start[2], start[3])
+        for k in range(rows.shape[0]):
+            set_up_skipping(work.packed[k], work.keys[k], rows[k])
+        write_step_start(rows, work.state, start[0], start[1], start[2], start[3])
     else:
         for k in range(rows.shape[0]):
             set_up_events(work.packed[k], work.keys[k], rows[k], rigid, cells.circles[i, k], plan.completion)

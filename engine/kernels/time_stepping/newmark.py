@@ -82,6 +82,7 @@ class Scheme(NamedTuple):
     wall: float  # 1 if body 1 is a wall, else 0
     late: float  # share of λ at the end of a step, times Δτ, that is felt after it: ½ of the trapezoidal rule
     sign: float  # as in ..parameters
+    play: float  # distance between two stops, inf of one
     reach: float  # gap beyond which steps are seen from another stop, less the one at the equilibrium; else LIMIT
 
 
@@ -105,6 +106,7 @@ class StepState(NamedTuple):
 
 STATE = Layout(StepState, contact=Layout(OpenContact))
 unpack_state, write_state = STATE.unpack, STATE.write
+SEEN_FROM = STATE.size  # behind the state: the number of the stop from which it is seen
 
 
 @jit_inlined
@@ -154,6 +156,7 @@ def scheme_of(p):
         p.wall,
         0.5,
         p.sign,
+        p.play,
         min(FAR_FROM_STOP * p.play - p.free_gap, LIMIT),
     )
 
@@ -190,10 +193,32 @@ def start_state(m, p, start):
 
 
 @jit
-def write_start(row, state, x1, v1, x2, v2):
-    """Write the packed state at τ = 0, of a run whose parameters are ``row``."""
-    p = unpack_parameters(row)
+def write_start(rows, state, x1, v1, x2, v2):
+    """Write the packed state at τ = 0, as seen from the stop that is nearer.
+
+    ``rows``: (1, n) or (2, n), the parameters as seen from each stop.
+    """
+    p = unpack_parameters(rows[0])
+    stop = int(contact_coordinates(p, x1, v1, x2, v2)[2] > 0.5 * p.play) if rows.shape[0] > 1 else 0
+    p = unpack_parameters(rows[stop])
+    state[SEEN_FROM] = stop
     write_state(state, start_state(scheme_of(p), p, (x1, v1, x2, v2)))
+
+
+@jit_inlined
+def turned(m, n, s, begins):
+    """The state s as seen from the other stop; m and n: the scheme of this stop and of the other one.
+
+    ``begins``: whether the impact of a contact that begins there is kept.
+    """
+    first, second = m.rest1 + n.rest1, m.rest2 + n.rest2
+    p1, q1, p2, q2, a1, a2 = -s.p1 - first, -s.q1, -s.p2 - second, -s.q2, -s.a1, -s.a2
+    gap = m.play - (s.gap - m.touch)
+    contact, pressed = s.contact, gap <= 0.0
+    if pressed:  # within one step across the play: the speed at its end stands for the mean over the step
+        closing = -(q2 - q1 - 0.5 * (a2 - a1)) / n.h
+        contact = begin_contact(n, s.step, motion(n, p1, q1, a1, p2, q2, a2), closing if begins else 0.0)
+    return StepState(p1, q1, p2, q2, a1, a2, gap + n.touch, pressed, s.step, contact)
 
 
 @jit_inlined

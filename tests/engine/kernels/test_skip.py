@@ -36,10 +36,10 @@ SETTINGS = [
 ]
 
 
-def both(eta, stiffness, damping, n, periods, **options):
+def both(eta, stiffness, damping, n, periods, system=System(), **options):  # noqa: B008 - frozen
     """The same run with every step taken, and with steps skipped."""
     return (
-        simulate(System(), eta, Newmark(stiffness, damping, n, every_step=every), periods=periods, **options)
+        simulate(system, eta, Newmark(stiffness, damping, n, every_step=every), periods=periods, **options)
         for every in (True, False)
     )
 
@@ -80,7 +80,12 @@ def test_the_same_steps(eta, stiffness, damping, n):
         np.testing.assert_allclose(other, one, atol=1e-7 * max(1, np.abs(one).max()))
 
 
-def test_the_same_steps_wherever_rounding_does_not_decide():
+BETWEEN_STOPS = System(clearance=0.4, clearance2=1.1, stiffness_factor2=2.0, damping_factor2=0.5)
+BETWEEN_WALLS = System(wall=True, spring1=0.0, d1=0.02, clearance=0.6, clearance2=0.6)
+
+
+@pytest.mark.parametrize("system", [System(), BETWEEN_STOPS, BETWEEN_WALLS], ids=["one", "two", "walls"])
+def test_the_same_steps_wherever_rounding_does_not_decide(system):
     """300 settings drawn over the whole range of the explorer and more, three periods each.
 
     Many bounces in a period multiply a rounding error by up to 1e9. The plain loop shows how much, started 1e-11
@@ -90,8 +95,8 @@ def test_the_same_steps_wherever_rounding_does_not_decide():
     for _ in range(300):
         eta, n = rng.uniform(0.5, 4.0), int(np.exp(rng.uniform(math.log(200), math.log(64000))))
         numbers = eta, 10 ** rng.uniform(1, 5), 10 ** rng.uniform(-1, 2), n
-        plain, skipped = both(*numbers, 3, keep=3)
-        nudged, _ = both(*numbers, 3, keep=3, initial=(-1e-11, 0, 0, 0))
+        plain, skipped = both(*numbers, 3, system, keep=3)
+        nudged, _ = both(*numbers, 3, system, keep=3, initial=(-1e-11, 0, 0, 0))
         assert skipped.status == plain.status
         if not (plain.ok and nudged.ok):  # a run that diverges magnifies rounding beyond any bound
             continue
@@ -106,16 +111,17 @@ def test_the_same_steps_wherever_rounding_does_not_decide():
     assert phases > 2000
 
 
-def test_skips_do_not_depend_on_where_a_run_is_cut():
+@pytest.mark.parametrize("system", [System(), BETWEEN_STOPS], ids=["one", "two"])
+def test_skips_do_not_depend_on_where_a_run_is_cut(system):
     """Chaotic motion: the last bit would show."""
     method = Newmark(12000.0, 18.0, 2000)
-    long = simulate(System(), 1.70, method, periods=400, keep=400)
-    short = simulate(System(), 1.70, method, periods=400, keep=3)
-    sampled = simulate(System(), 1.70, method, periods=400, keep=20, record=Record(7, 300))
+    long = simulate(system, 1.70, method, periods=400, keep=400)
+    short = simulate(system, 1.70, method, periods=400, keep=3)
+    sampled = simulate(system, 1.70, method, periods=400, keep=20, record=Record(7, 300))
     np.testing.assert_array_equal(long.section[-3:], short.section)
     np.testing.assert_array_equal(long.section[-20:], sampled.section)
-    begun = simulate(System(), 1.70, method, periods=151, keep=1).checkpoint
-    ahead = simulate(System(), 1.70, method, periods=250, keep=3, initial=begun)
+    begun = simulate(system, 1.70, method, periods=151, keep=1).checkpoint
+    ahead = simulate(system, 1.70, method, periods=250, keep=3, initial=begun)
     np.testing.assert_array_equal(long.section[-3:], ahead.section)
 
 
@@ -249,5 +255,5 @@ def test_a_graze_within_rounding_is_left_to_the_plain_step(depth, outcome):
         if (gaps @ z)[0] > 0:
             break
     assert np.argmin(gaps @ z) == j - 1
-    steps, found, _, _ = single_steps(tables, FREE, tuple(z), 1.0)
+    steps, found, _, _ = single_steps(tables, FREE, tuple(z), 1.0, math.inf)
     assert (steps, found) == ((ENTRIES, SKIP_ON) if outcome == SKIP_ON else (j - 2, TAKE_STEP))
