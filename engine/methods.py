@@ -46,7 +46,7 @@ from vibroscope.engine.model import SECOND_STOP, System
 JOINT_DAMPINGS = ("table", "derived")
 THRESHOLD_RANGE = (0.0, 1e3)
 STIFFNESS_RANGE = (1e-6, 1e12)
-DAMPING_RANGE = (0.0, 1e9)
+DAMPING_RANGE = (0.0, 1e12)
 STEPS_RANGE = (4, 10_000_000)
 CONTACT_STATUSES = ("start", "end", "located")
 EXPONENT_RANGE = (1.0, 10.0)

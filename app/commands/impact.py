@@ -255,7 +255,13 @@ def _with_step(found: "WithStep") -> dict[str, object]:
 
 
 def _report(question: "Impact", options: argparse.Namespace, speeds: "np.ndarray | None") -> Report:
-    from vibroscope.app.explorer.impact_words import advice, answer, ends_text, over_speeds_of_motion, span_and_mean
+    from vibroscope.app.explorer.impact_words import (
+        advice,
+        answer,
+        over_speeds_of_motion,
+        span_and_mean,
+        steps_in_contact,
+    )
     from vibroscope.engine import damping_bounds, impact, largest_step, over_motion, stiffness_bounds
 
     alone = question.without_step
@@ -286,7 +292,7 @@ def _report(question: "Impact", options: argparse.Namespace, speeds: "np.ndarray
     else:
         lost = span_and_mean(found.energy_lost)
         lines += [Row("with this step", f"restitution {e}; share of the energy lost {lost}")]
-        lines += [Row("", f"{_measures(found)}, force in {ends_text(*map(str, found.steps))} steps")]
+        lines += [Row("", f"{_measures(found)}, {steps_in_contact(found)}")]
     lines += [Row("answer", answer(question, asked, found), 110), Row("", advice(largest, options.tolerance), 110)]
     if speeds is not None:
         of_motion = over_motion(question, speeds)

@@ -237,13 +237,11 @@ def _write_shock_response(options: argparse.Namespace, load: Load, method: Metho
     low, high, count = options.shock_response
     ratios = spaced("frequency", low, high, int(count), logarithmic=True)
     found = shock_response(system_of(options), load, ratios, method)
-    units, columns = units_of(options), dict(vars(found))
-    kinds = {"ratio": "frequency", "impulse": "impulse"}
-    if options.units:
-        scale = wanted_units(options) or units
-        named = {name: kinds.get(name, name.partition("_")[0]) for name in columns}
-        columns = columns_in_units(columns, scale, named)
-        columns = {name.replace("ratio", "frequency"): values for name, values in columns.items()}
+    units, columns = wanted_units(options), dict(vars(found))
+    if units is not None:
+        columns = {"frequency" if name == "ratio" else name: values for name, values in columns.items()}
+        quantities = {name: name.partition("_")[0] for name in columns}
+        columns = columns_in_units(columns, units, quantities)
     write_csv(options.write, list(columns), _cells(np.transpose(list(columns.values())).tolist()))
 
 

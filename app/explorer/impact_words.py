@@ -27,7 +27,10 @@ def answer(question: Impact, asked: float, found: WithStep) -> str:
     """What was asked for, and what the step gives."""
     given, span = f"with {steps_text(question.steps_per_contact)} steps in a contact", span_text(found)
     got = f"you get {span}" if span else "no touch has a result"
-    return f"You asked for {restitution_text(asked)}; {given} {got}{shares_text(found)}."
+    said = f"You asked for {restitution_text(asked)}; {given} {got}{shares_text(found)}."
+    alone = restitution_text(question.without_step.restitution) if question.force else restitution_text(asked)
+    pressed = f" Under the constant force the contact gives {alone} without a step."
+    return said if alone == restitution_text(asked) else said + pressed
 
 
 def advice(largest: LargestStep | None, tolerance: float, step: str | None = None) -> str:
@@ -59,6 +62,13 @@ def over_speeds_of_motion(found: OverMotion) -> Statement:
 def ends_text(*ends: str) -> str:
     """From one to the other, or the one that both are."""
     return " to ".join(dict.fromkeys(ends))
+
+
+def steps_in_contact(found: WithStep) -> str:
+    """From the fewest steps in which the force acts to the most, or that there is no end to them."""
+    if found.stuck == 1.0:  # it was only watched for some
+        return "the contact does not end"
+    return f"force in {ends_text(*map(str, found.steps))} steps"
 
 
 def span_and_mean(span: Span) -> str:

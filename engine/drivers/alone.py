@@ -99,7 +99,7 @@ def course_alone(p: Parameters) -> Course:
 
 def force_alone(p: Parameters, until: float) -> tuple[np.ndarray, np.ndarray]:
     """Instants after touch and the force then, (n,) each, of the same contact until it opens, or until a time."""
-    begins, opens, _, depth_and_force = _motion_alone(p)
+    begins, opens, _, depth_and_force = _motion_alone(p, until)
     until = min(until, begins[-1])
     times = np.linspace(0.0, until, DRAWN)
     force = np.array([depth_and_force(t)[1] for t in times])
@@ -107,9 +107,11 @@ def force_alone(p: Parameters, until: float) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate([[0.0], times, ends]), np.concatenate([[0.0], force, np.zeros(len(ends))])
 
 
-def _motion_alone(p: Parameters) -> tuple[np.ndarray, bool, HybridState, Callable[[float], tuple[float, float]]]:
+def _motion_alone(
+    p: Parameters, until: float = 0.0
+) -> tuple[np.ndarray, bool, HybridState, Callable[[float], tuple[float, float]]]:
     """Where steps of high order begin and the last ends; whether and how the gap opens; depth and force over time."""
-    law, steps = uncompiled(contact_law_of)(p), list(_steps_alone(p, 1.0))
+    law, steps = uncompiled(contact_law_of)(p), list(_steps_alone(p, 1.0, until))
     gain = uncompiled(gain_at)(law, 1.0)
     begins = np.cumsum([0.0] + [step[2] for step in steps])
 
@@ -123,20 +125,29 @@ def _motion_alone(p: Parameters) -> tuple[np.ndarray, bool, HybridState, Callabl
     return begins, opens, after, depth_and_force
 
 
-def _steps_alone(p: Parameters, closing: float) -> Iterator[tuple[LawSystem, HybridState, float, HybridState, bool]]:
-    """The steps of high order of a contact: its system, state, length, the state after it, whether the gap opens."""
+def _steps_alone(
+    p: Parameters, closing: float, until: float = 0.0
+) -> Iterator[tuple[LawSystem, HybridState, float, HybridState, bool]]:
+    """The steps of high order of a contact: its system, state, length, the state after it, whether the gap opens.
+
+    They end with the contact or, after a time, where it is known not to end. A body that turns back before the gap
+    opens lacks the energy to open it, and a contact only takes energy: depth and force have been the largest, too.
+    """
     system = set_up_law(p._replace(law=float(HUNT_CROSSLEY)))  # one without tables for pieces, which are not used
     spacing = deepest_penetration(p.stiffness, p.mu, closing, p.exponent) / closing
     system = system._replace(law=uncompiled(contact_law_of)(p), flight=system.flight._replace(spacing=spacing))
     opened = uncompiled(no_contact)()._replace(closing=closing)
     a = uncompiled(start_state)(system, (0.0, 0.0, 0.0, -closing))._replace(mode=law_integrate.SMOOTH, contact=opened)
+    time, turns_back = 0.0, False
     for _ in range(MOST_STEPS):
         s, after, ends, _ = law_integrate.follow_smooth(system, a, math.inf)
+        time += max(s, 0.0)
+        turns_back |= a.rate > 0.0 >= after.rate
         if s < 0.0:
             ends = False
         yield system, a, max(s, 0.0), after, ends
         rests = abs(after.rate) < AT_REST * closing and -after.gap < CREPT_BACK * spacing * closing
-        if ends or s < 0.0 or rests:
+        if ends or s < 0.0 or rests or (turns_back and time > until):
             return
         a = after
 

@@ -35,7 +35,7 @@ from vibroscope.engine.motions.time_step_scatter import (
     can_narrow,
     judge_bands,
 )
-from vibroscope.engine.motions.tolerances import REPEATED_BAND, SETTLES, SHRUNK
+from vibroscope.engine.motions.tolerances import FOLLOWED_GROWTH, REPEATED_BAND, SETTLES, SHRUNK
 from vibroscope.engine.simulate import FARTHEST, LONG
 
 SETTLED_PERIODS = SCATTER_KEEP  # last periods of a run that a motion is judged by
@@ -243,6 +243,7 @@ def _follow(
         The last points of those that went on, by their place.
     """
     found, state, later = unknown_kinds(len(cells)), sections[:, -1].copy(), {}
+    decided_by_rounding = np.zeros(len(cells), bool)
     state[_systems(cells, unresolved)] = np.nan
     found["kind_period"][:] = np.where(np.isfinite(state).all(axis=1), settled_periods(sections), 0)
     found["kind"][:] = np.where(found["kind_period"] > 0, CellKind.PERIODIC, CellKind.UNDECIDED)
@@ -261,6 +262,7 @@ def _follow(
             return
         found["lyapunov"][i], found["lyapunov_error"][i] = followed.exponent, followed.error
         if followed.exponent == -np.inf:
+            decided_by_rounding[i] = followed.growth > FOLLOWED_GROWTH
             return
         found["kind"][i] = CellKind[classify(followed)[0].name]
         note(i, followed.section[-2 * LONGEST_SEEN :])
@@ -286,6 +288,7 @@ def _follow(
         if periods < schedule.followed:  # a contact that sticks leaves nothing of a disturbance, and may be rare
             places = places[~may_stick[places]]
         follow_cells(cells, places, state[places], periods, judge_exponent, **how)
-    # contacts that stick leave nothing of a disturbance: a long cycle shows in the section alone
-    go_on(np.flatnonzero(found["lyapunov"] == -np.inf), LONG - 2 * LONGEST_SEEN, 2 * LONGEST_SEEN)
+    # contacts that stick leave nothing of a disturbance: a long cycle shows in the section alone, if it is one
+    sticking = (found["lyapunov"] == -np.inf) & ~decided_by_rounding
+    go_on(np.flatnonzero(sticking), LONG - 2 * LONGEST_SEEN, 2 * LONGEST_SEEN)
     return found, later

@@ -55,6 +55,8 @@ class Lyapunov:
         Of the section (:func:`.section.irregularity`).
     section : (n, 4) ndarray
         ξ₁, ξ₁′, ξ₂, ξ₂′ at the end of each period.
+    growth : float
+        Where nothing is left of a disturbance: ln of the most that it had grown by until then; else nan.
     """
 
     exponent: float
@@ -62,6 +64,7 @@ class Lyapunov:
     drift: float
     irregularity: float
     section: np.ndarray
+    growth: float = np.nan
 
     @property
     def regular(self) -> bool:
@@ -197,7 +200,8 @@ def outcome_of(growth: np.ndarray, section: np.ndarray) -> Lyapunov:
     rows = section[: lost[0]].copy()
     if np.isnan(growth[lost[0]]):
         return Lyapunov(np.nan, np.nan, np.nan, np.nan, rows)
-    return Lyapunov(-np.inf, 0.0, 0.0, 0.0, section[: lost[0] + 1].copy())
+    most = float(np.cumsum(growth[: lost[0]]).max(initial=0.0))
+    return Lyapunov(-np.inf, 0.0, 0.0, 0.0, section[: lost[0] + 1].copy(), most)
 
 
 def average_growth(growth: np.ndarray, section: np.ndarray) -> Lyapunov:

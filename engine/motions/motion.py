@@ -48,13 +48,20 @@ from vibroscope.engine.motions.poincare_map import (
 from vibroscope.engine.motions.section import rotation_number
 from vibroscope.engine.motions.steady import REST, Steady, schedule_of, steady
 from vibroscope.engine.motions.time_step_scatter import SCATTER_TRANSIENT, section_judgement
-from vibroscope.engine.motions.tolerances import DRIFTS, REPEATED_IMPACTS, REPEATED_IMPACTS_BY_STEPS, UNBALANCED
+from vibroscope.engine.motions.tolerances import (
+    DRIFTS,
+    FOLLOWED_GROWTH,
+    REPEATED_IMPACTS,
+    REPEATED_IMPACTS_BY_STEPS,
+    UNBALANCED,
+)
 from vibroscope.engine.result import Checkpoint, Record, Response
 from vibroscope.engine.simulate import FARTHEST, LONG, simulate
 from vibroscope.engine.wording import counted, end_text
 
 DESCRIBED_PERIODS = SETTLED_PERIODS  # described periods of a motion that does not repeat itself
 SAMPLES_PER_PERIOD, SAMPLED_PERIODS = 2000, 50  # samples per period; sampled periods
+SAMPLED = Record(SAMPLED_PERIODS, SAMPLES_PER_PERIOD)  # of a motion that does not repeat itself
 MOST_SAMPLES = 100_000
 MOST_IMPACTS = 8  # of a cycle of a free vibration
 FEWEST_PERIODS = 8  # sampled periods at least of a motion that does not repeat itself …
@@ -191,10 +198,14 @@ def _closed_form_motion(runs: Runs, initial) -> Motion:
         cycle = _late_cycle(runs, evidence.section, int(kind["kind_period"]))
         return replace(cycle, reason=cycle.reason + f"; a run of {schedule.long} periods did not find it")
     if kind["lyapunov"] == -np.inf:
-        run = runs.run(DESCRIBED_PERIODS, evidence.section[-1])
+        run = runs.run(DESCRIBED_PERIODS, evidence.section[-1], record=SAMPLED)
         none = f"no cycle of up to {LONGEST_SEEN} periods is found"
+        if followed.growth > FOLLOWED_GROWTH:
+            grows = f"e^{followed.growth:.0f}-fold within {counted(len(followed.section), 'period')}"
+            none = f"until then it grows {grows}: rounding decides after which period the motion repeats itself"
         reason = f"contacts that stick leave nothing of a disturbance, and {none}"
-        return replace(describe(run, 0), reason=reason, lyapunov=-np.inf, lyapunov_error=0.0)
+        described = _with_energy(describe(run, 0), run, cancelled)
+        return replace(described, reason=reason, lyapunov=-np.inf, lyapunov_error=0.0)
     if np.isnan(kind["lyapunov"]):
         reason = f"after {len(followed.section)} periods more it has no derivative: an impact grazes"
         return replace(describe(run, 0), reason=reason)
@@ -202,8 +213,7 @@ def _closed_form_motion(runs: Runs, initial) -> Motion:
         longer = lyapunov(system, eta, method, initial=state, periods=schedule.followed, cancelled=cancelled)
         followed = longer if classify(longer)[0] is classify(followed)[0] else followed
     (kind, reason), state = classify(followed), followed.section[-1]
-    record = Record(SAMPLED_PERIODS, SAMPLES_PER_PERIOD)
-    run = runs.run(DESCRIBED_PERIODS, state, record=record)
+    run = runs.run(DESCRIBED_PERIODS, state, record=SAMPLED)
     return replace(
         _with_energy(describe(run, 0), run, cancelled),
         type=kind,

@@ -42,6 +42,8 @@ JOINED = 1e-9  # of the size: gap and gap rate of bodies that move as one, but f
 # Irregularity of regular motions within thousands of periods, unless their tori are about to break up. A chaotic motion
 # falls below it only if eight averages agree this well by chance.
 REGULAR = 1e-5
+# ln of what a disturbance may grow by: rounding that grows beyond the motion's size decides what comes then
+FOLLOWED_GROWTH = 52 * 0.6931471805599453
 EXPONENT_DRIFT = 5.0  # standard errors that the averages over the two halves of a run may differ by
 
 # Bands that a time step makes

@@ -346,12 +346,13 @@ def _halved(holds: Callable[[float], bool], good: float, bad: float, to: float) 
 def stiffness_for(question: Impact, *, penetration: float | None = None, force: float | None = None) -> Impact:
     """The question with the K at which the deepest penetration or the largest force is a permitted one, without a step.
 
-    The restitution stays what it is: D follows. K is the smallest for a penetration, and the largest for a force.
+    The restitution stays what it is without a constant force: D follows. K is the smallest for a penetration, and the
+    largest for a force.
 
     Parameters
     ----------
     question : Impact
-        Its law has no constant force beside it, and a D.
+        Its law has a D.
     penetration, force : float
         One of the two.
 
@@ -372,7 +373,7 @@ def stiffness_for(question: Impact, *, penetration: float | None = None, force: 
     name, wanted = ("penetration", penetration) if force is None else ("force", force)
     wanted = require(name, wanted, 0.0, 1e12, f"give the permitted {name}", open_low=True)
     alone = replace(question, method=question.method.limit, time_step=0.0)
-    e = alone.without_step.restitution
+    e = replace(alone, force=0.0).without_step.restitution
 
     def at(stiffness: float) -> Impact:
         changed = alone.with_contact(stiffness=stiffness)

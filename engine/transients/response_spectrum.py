@@ -47,7 +47,7 @@ def shock_response(
     *,
     cancelled: Callable[[], bool] | None = None,
 ) -> ShockResponse:
-    """Run a system under a base shock with other natural frequencies, each with the stop and without it.
+    """Run a system under a base shock with other natural frequencies, each with its stops and without.
 
     The damping ratios, the clearance and the shock stay as they are. A penalty method keeps its K and D in units of
     the body's own spring and mass, and its steps in a natural period.
@@ -91,7 +91,7 @@ def shock_response(
     values = [require("ratio", each, *RATIO_RANGE, "give natural frequencies in units of ω₁") for each in ratios]
     if not values:
         raise ValueError(f"ratios = {shown(ratios)} is empty: give natural frequencies in units of ω₁")
-    apart = replace(system, clearance=FAR_OPEN)
+    apart = replace(system.with_first_stop, clearance=FAR_OPEN)
     rows = []
     for ratio in values:
         # time is counted in 1/ω of the body as it now is

@@ -325,6 +325,18 @@ def test_k_for_a_permitted_penetration_or_force_gives_it():
             assert found.without_step.restitution == pytest.approx(0.5, abs=1e-6)
 
 
+def test_k_for_a_permitted_penetration_under_a_weight_keeps_the_restitution_without_it():
+    """With the first K the weight holds the bodies together: it was followed for minutes, and taken as no restitution."""
+    asked = (
+        replace(question("kelvin-voigt"), speed=1.0, mass=1.0, force=9.81).with_contact(1.0, 0.0).with_restitution(0.5)
+    )
+    assert asked.without_step.restitution == 0.0
+    found = stiffness_for(asked, penetration=1e-3)
+    assert found.without_step.penetration == pytest.approx(1e-3, rel=1e-6)
+    assert found.method.stiffness == pytest.approx(563_600, rel=1e-3)
+    assert replace(found, force=0.0).without_step.restitution == pytest.approx(0.5, abs=1e-6)
+
+
 def test_bounds_hold_and_what_lies_beyond_does_not():
     asked = question(steps=10.0, integrator=CentralDifference())
     stable = stiffness_bounds(asked).stable[1]

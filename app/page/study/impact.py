@@ -10,7 +10,13 @@ from bokeh.core.properties import value
 from bokeh.events import Tap
 from bokeh.models import HSpan, Line, Quad, Scatter, Segment, VSpan
 from vibroscope.app.explorer.field_units import beside_field, shown_field
-from vibroscope.app.explorer.impact_words import advice, answer, over_speeds_of_motion, span_and_mean
+from vibroscope.app.explorer.impact_words import (
+    advice,
+    answer,
+    over_speeds_of_motion,
+    span_and_mean,
+    steps_in_contact,
+)
 from vibroscope.app.explorer.method_words import name_of_integrator, words_of_scheme
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.state import Setting
@@ -277,8 +283,6 @@ class OneImpact(StudyView):
             said += f" {advice(result.largest, CLOSE_TO_ASKED, result.largest and _step_text(result, setting))}"
         of = f", the median of {counted(result.impacts, 'impact')} of the reference" if result.impacts else ""
         measures = "Restitution {}; penetration {}, force {}"
-        fewest, most = found.steps
-        in_steps = counted(most, "step") if fewest == most else f"{fewest} to {most} steps"
         lost = " to ".join(dict.fromkeys(map(percent, (found.energy_lost.least, found.energy_lost.greatest))))
         return [
             ["Answer", said],
@@ -305,11 +309,11 @@ class OneImpact(StudyView):
             [
                 "With this step",
                 stated(
-                    f"{measures}, in {{}}. Of the energy {{}} is lost.",
+                    f"{measures}; {{}}. Of the energy {{}} is lost.",
                     span_and_mean(found.restitution),
                     Amount(found.penetration, "displacement"),
                     Amount(found.force, "force"),
-                    in_steps,
+                    steps_in_contact(found),
                     lost,
                 ),
             ],
