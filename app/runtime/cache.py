@@ -5,7 +5,10 @@ from collections import OrderedDict
 
 
 class Cache:
-    """At most ``size`` values by key; the least recently used is dropped first. Safe between threads."""
+    """At most ``size`` values by key; the least recently used is dropped first. Safe between threads.
+
+    Keys of different types are different, even if they are equal, as tuples with names are that hold the same.
+    """
 
     def __init__(self, size: int) -> None:
         self._size = size
@@ -14,6 +17,7 @@ class Cache:
 
     def get(self, key: object):
         """Return the value stored under ``key``, or None."""
+        key = type(key), key
         with self._lock:
             if key in self._values:
                 self._values.move_to_end(key)
@@ -21,6 +25,7 @@ class Cache:
 
     def put(self, key: object, value: object) -> None:
         """Store ``value`` and drop the least recently used values beyond ``size``."""
+        key = type(key), key
         with self._lock:
             self._values[key] = value
             self._values.move_to_end(key)

@@ -14,7 +14,6 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import as_csv
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.export.tables import figure_table
-from vibroscope.app.page.explore import measurement as module
 from vibroscope.app.page.explore.measurement import Overlay
 from vibroscope.app.runtime.files import ASSETS
 from vibroscope.engine import (
@@ -154,19 +153,13 @@ def test_a_file_that_is_too_large_is_refused_before_it_is_sent(overlay):
     assert overlay.button.largest == LARGEST_FILE
 
 
-def test_the_upload_ends_at_the_limit_whatever_the_browser_says(overlay, monkeypatch):
-    sizes = []
-
-    def keep(name, content):
-        sizes.append(len(content))
-        return MeasuredFile(name, content)
-
-    monkeypatch.setattr(module, "MeasuredFile", keep)
+def test_a_file_that_proves_larger_than_the_browser_says_is_refused(overlay):
+    """What came after the limit was taken for the whole file."""
     send(overlay.button, {"file": {"name": "long.csv", "size": 5}})
     for _ in range(LARGEST_FILE // 120_000 + 2):
         send(overlay.button, {"part": {str(i): "1" * 1900 for i in range(64)}})
     send(overlay.button, {"end": True})
-    assert sizes[0] <= LARGEST_FILE
+    assert overlay.panel.content["error"].startswith("The file has 2.2 MiB, and the page takes 2")
 
 
 def test_a_move_of_the_sliders_keeps_the_points_that_the_reference_places(overlay):

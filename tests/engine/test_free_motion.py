@@ -102,8 +102,10 @@ def test_a_drop_that_comes_to_rest_is_compared_from_its_beginning(periods):
 
 
 def test_a_repetition_that_rounding_decides_is_no_period():
-    """A ball on a table that sticks once in some hundred periods: the run repeats itself after 187 of them, between which
-    a disturbance grows by e to the power of 0.77 a period."""
+    """A ball that sticks to its table once in some hundred periods: the run repeats itself after 187 of them.
+
+    Between them a disturbance grows by e to the power of 0.77 a period.
+    """
     table = Excitation(base=1.0, constant1=0.4905, held="acceleration")
     ball = System(wall=True, spring1=0.0, d1=0.0, clearance=0.0, restitution=0.7, excitation=table)
     found = motion(ball, 1.0, Reference())

@@ -326,7 +326,7 @@ def test_k_for_a_permitted_penetration_or_force_gives_it():
 
 
 def test_k_for_a_permitted_penetration_under_a_weight_keeps_the_restitution_without_it():
-    """With the first K the weight holds the bodies together: it was followed for minutes, and taken as no restitution."""
+    """With the first K the weight holds the bodies together: that was followed for minutes, and said e = 0."""
     asked = (
         replace(question("kelvin-voigt"), speed=1.0, mass=1.0, force=9.81).with_contact(1.0, 0.0).with_restitution(0.5)
     )

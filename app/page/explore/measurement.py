@@ -212,7 +212,7 @@ class Overlay:
                 self._show()
 
     def _begin_fit(self, names: str) -> None:
-        names = tuple(name for name in FITTED if name in names)
+        names = tuple(name for name in FITTED if name in names.split())
         if self._compared is None or not names:
             return
         self._end_fit()

@@ -22,32 +22,34 @@ class Upload:
     Parameters
     ----------
     begin : callable
-        Called with the name, as it may be shown, and the size in bytes; of a larger file than LARGEST_FILE nothing
-        follows.
+        Called with the name, as it may be shown, and the size in bytes that is announced; of a larger file than
+        LARGEST_FILE nothing follows. Called again, with the size that has come, if a file proves to be larger.
     take : callable
         Called with the content.
     """
 
     def __init__(self, begin: Callable[[str, float], None], take: Callable[[bytes], None]) -> None:
         self._begin, self._take = begin, take
-        self._parts: list[str] = []
+        self._name, self._size, self._parts = "", 0, []
         self.acts = {"file": (dict, self._start), "part": (dict, self._add), "end": (object, self._end)}  # see `listen`
 
     def _start(self, file: dict) -> None:
-        self._parts.clear()
-        name = "".join(c if c.isprintable() else "�" for c in str(file.get("name", "")))[:LONGEST_NAME]
+        self._parts, self._size = [], 0
+        self._name = "".join(c if c.isprintable() else "�" for c in str(file.get("name", "")))[:LONGEST_NAME]
         size = file.get("size")
-        self._begin(name, size if isinstance(size, int | float) else 0)
+        self._begin(self._name, size if isinstance(size, int | float) else 0)
 
     def _add(self, parts: dict) -> None:
-        self._parts += [text for text in parts.values() if isinstance(text, str)]
-        if sum(map(len, self._parts)) > LARGEST_FILE:
-            self._parts.clear()
+        texts = [text for text in parts.values() if isinstance(text, str)]
+        self._size += sum(map(len, texts))
+        self._parts = [*self._parts, *texts] if self._size <= LARGEST_FILE else []
 
     def _end(self, _: object) -> None:
-        content = "".join(self._parts).encode("latin-1", errors="replace")
-        self._parts.clear()
-        self._take(content)
+        content, self._parts = "".join(self._parts).encode("latin-1", errors="replace"), []
+        if self._size > LARGEST_FILE:
+            self._begin(self._name, self._size)
+        else:
+            self._take(content)
 
 
 class _CachedDesign(Native):

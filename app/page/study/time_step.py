@@ -14,7 +14,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import initial_option, method_python, scheme_options, sweep_command, sweep_python
 from vibroscope.app.page.shared.curves import Axis, Curves, Plot, curve
-from vibroscope.app.page.shared.figure import VERMILLION, cursor_line
+from vibroscope.app.page.shared.figure import GREEN, VERMILLION, cursor_line
 from vibroscope.app.page.shared.seen import say
 from vibroscope.app.page.study.tab import StudyView, engine_obstacle, free_obstacle
 from vibroscope.app.runtime.number_text import print_number
@@ -23,7 +23,6 @@ from vibroscope.engine import STATUSES, Status, percent, written
 from vibroscope.engine.facts import Amount, Statement, Symbol, joined, stated
 from vibroscope.engine.sweeps import SCHEMES
 
-GREEN = "#009E73"  # the located step is neither of the two solutions that have a colour in Explore
 _LOOKS = {  # of each scheme: colour, marker, dash, colour of its points once a period
     "fixed": (VERMILLION, "diamond", "solid", None),
     "located": (GREEN, "circle", "dashed", GREEN),
