@@ -75,7 +75,6 @@ QUANTITIES = {
     "force": Quantity(("N", "N"), 1, 1, -2),
     "impulse": Quantity(("N·s", "N·s"), 1, 1, -1),
     "energy": Quantity(("J", "mJ"), 1, 2, -2),
-    "power": Quantity(("W", "mW"), 1, 2, -3),
 }
 
 

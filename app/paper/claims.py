@@ -27,9 +27,9 @@ def run_reference(scene: Scene, record: Record = _SAMPLED) -> Response:
     return run_method(scene, Reference(), record=record)
 
 
-def run_newmark(scene: Scene, keep: int = 50, record: Record = _SAMPLED) -> Response:
+def run_newmark(scene: Scene, record: Record = _SAMPLED) -> Response:
     """The scene's penalty solution by Newmark's method; statistics need more than 50 kept periods."""
-    return run_method(scene, Newmark(scene.K, scene.D, scene.steps), keep, record)
+    return run_method(scene, Newmark(scene.K, scene.D, scene.steps), record=record)
 
 
 def run_exact(scene: Scene) -> Response:
