@@ -66,7 +66,7 @@ def ends_text(*ends: str) -> str:
 
 def steps_in_contact(found: WithStep) -> str:
     """From the fewest steps in which the force acts to the most, or that there is no end to them."""
-    if found.stuck == 1.0:  # it was only watched for some
+    if found.restitution.greatest == 0.0:  # it was only watched for some
         return "the contact does not end"
     return f"force in {ends_text(*map(str, found.steps))} steps"
 
