@@ -217,7 +217,7 @@ class Form:
 
     def read(self, given: Mapping[str, str], around: Around) -> Contact:
         """The contact that texts of words say; a word that is left out has its default."""
-        texts = {**self.defaults, **given}
+        texts = {word: self._unsigned(word, text) for word, text in {**self.defaults, **given}.items()}
         if missing := [word for word in self.words if word not in texts]:
             raise Missing(f"{missing[0]} is missing: give {' '.join(f'{word}=...' for word in self.words)}")
         power = self.word_of("exponent")
@@ -228,6 +228,10 @@ class Form:
         else:
             found = dict(zip(_READ, FORMULAS[self.formulas].read(values, around), strict=False))
         return Contact(self.law, **{"exponent": exponent} | found)
+
+    def _unsigned(self, word: str, text: str) -> str:
+        """The text of a word without the minus that the code's input has before it."""
+        return text.strip().removeprefix("-") if f"-{{{word}}}" in self.text else text
 
     def default_of(self, role: str) -> float | None:
         """The default of the word that is a part of the contact, in SI units; None where there is none."""

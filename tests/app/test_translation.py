@@ -130,6 +130,7 @@ def test_impact_material_is_made_as_the_wiki_says():
     form = codes()["opensees"].contact[1]
     found = form.read(words, Around())
     assert (found.stiffness, found.restitution) == pytest.approx((stiffness, e))
+    assert form.read(words | {"dy": f"-{words['dy']}"}, Around()) == found  # as its input has it
 
 
 def test_comsol_has_the_modulus_over_the_smallest_element():
