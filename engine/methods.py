@@ -379,7 +379,7 @@ def Newmark(
     >>> Newmark(12000, -1, 2000)
     Traceback (most recent call last):
         ...
-    ValueError: D = -1 is outside [0, 1e+09]: give a contact damping; the paper uses 8 to 50
+    ValueError: D = -1 is outside [0, 1e+12]: give a contact damping; the paper uses 8 to 50
     """
     if law in CONTACT_LAWS and law not in NEWMARK_LAWS:
         raise ValueError(f"law = {law!r} is stepped by TimeStepping(…, law={law!r}), not by Newmark")

@@ -109,7 +109,7 @@ def contradictions(case):
             claimed = found.left == pytest.approx(difference_with(found.change, case), rel=NEARLY - 1)
             check(claimed, "the change leaves another difference than the verdict says")
     table = command.part_rows(comparison, None)
-    shares = [percent(value) for value in (difference.total, *difference.parts.values())]
+    shares = [difference.amount, *map(percent, difference.parts.values())]
     check([text.partition(" (")[0] for _, text in table] == shares, "other digits in the table")
     return faults
 

@@ -45,7 +45,7 @@ def test_every_law_has_a_verdict_and_parts_that_add_up(law, damping, monkeypatch
     assert "nan" not in text
     assert "None" not in text
     assert damping is not None or "D = " not in text
-    (bounce,) = (line for line in words.details if line.startswith("The bodies part"))
+    (bounce,) = (line for line in words.details if line.startswith("In the motion the bodies part"))
     delivered = delivered_restitution(found.runs.penalty)
     assert abs(float(bounce.split("with ")[1].split()[0]) - delivered) < 0.006
     split = found.split()
