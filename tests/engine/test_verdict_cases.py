@@ -144,7 +144,7 @@ def test_two_chaotic_motions_are_of_one_kind():
 def test_bodies_that_never_meet_do_not_part():
     found, words, _ = judged(NEVER_MEETS, 2.83, Newmark(15_700, 1.33, 2500))
     if len(found.runs.penalty.impacts) == 0:
-        assert not [text for text in words.details if text.startswith("The bodies part with")]
+        assert not [text for text in words.details if text.startswith("In the motion the bodies part with")]
 
 
 @pytest.mark.parametrize(
@@ -182,10 +182,7 @@ def test_what_finishes_does_so_for_frequencies_nearby():
 
 REBOUNDS = [
     (PAPER, 1.87, TimeStepping(1890, 0.108, 1030)),
-    (WALL, 2.71, Newmark(61.3, 38.4, 8560)),
     (System(wall=True, d1=0.00771, restitution=0.207, clearance=0.225), 3.28, Newmark(422, 4.39, 1080)),
-    # with the step, 50 blurred contacts of K = 4944.54 rebound with 0.137 by chance; without it, with 0.142
-    (System(wall=True, d1=0.0107, restitution=0.129, clearance=-0.658), 2.71, Newmark(61.3, 38.4, 1000)),
 ]
 
 
@@ -194,7 +191,8 @@ def test_a_value_that_is_said_to_give_the_restitution_does_so_in_the_motion(syst
     """Own springs, weights and the drive act in a soft contact, too: what the formula gives rebounds otherwise."""
     _, words, runs = judged(system, eta, method)
     text = next((text for text in words.details if "the restitution e asks for" in text), "")
-    for name, value in re.findall(r"\b(K|D) = ([\d.e+-]+)", text):
+    assert (proposed := re.findall(r"\b(K|D) = ([\d.e+-]+)", text))
+    for name, value in proposed:
         changed = replace(method.limit, **{{"K": "stiffness", "D": "damping"}[name]: float(value)})
         run = runs.run(changed)
         closing, parting = (np.diff(each, axis=1) for each in (run.impacts.velocity_before, run.impacts.velocity_after))
