@@ -191,7 +191,8 @@ def test_a_value_that_is_said_to_give_the_restitution_does_so_in_the_motion(syst
     """Own springs, weights and the drive act in a soft contact, too: what the formula gives rebounds otherwise."""
     _, words, runs = judged(system, eta, method)
     text = next((text for text in words.details if "the restitution e asks for" in text), "")
-    assert (proposed := re.findall(r"\b(K|D) = ([\d.e+-]+)", text))
+    proposed = re.findall(r"\b(K|D) = ([\d.e+-]+)", text)
+    assert proposed
     for name, value in proposed:
         changed = replace(method.limit, **{{"K": "stiffness", "D": "damping"}[name]: float(value)})
         run = runs.run(changed)
