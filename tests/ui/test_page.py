@@ -29,7 +29,7 @@ def test_a_view_is_built_when_it_is_opened_and_costs_nothing_while_it_is_hidden(
     explorer.open_tab("Explore")
     wait_until(lambda: "view" not in explorer.address(), what="an address without a view")
     explorer.until("Bokeh.documents[0].get_model_by_name('phase_reference')?.data.x1.length > 0")
-    assert explorer.page.evaluate(models) == 9
+    assert explorer.page.evaluate(models) == 6
     explorer.settle(1)
     received = explorer.count_messages()
     explorer.moved(lambda: explorer.type("eta", "1.3"))
