@@ -80,5 +80,5 @@ def test_a_move_takes_the_curves_away_and_brings_its_own(kept):
 
 def test_a_phone_has_the_curves_below_each_other(kept):
     explorer = searched(kept.anew(OPENING, 390, 844))
-    assert seen(explorer, "alone_K")["width"] >= 350
+    wait_until(lambda: seen(explorer, "alone_K")["width"] >= 350, what="a curve as wide as the phone")
     assert explorer.page.evaluate("document.documentElement.scrollWidth") <= 390

@@ -47,7 +47,7 @@ def test_a_record_is_chosen_or_dropped_and_stays_out_of_explore(kept, tmp_path):
 
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
 def test_typed_numbers_of_a_load_are_seen_whole(kept, width, height):
-    explorer = kept(QUERY).at(units="si", omega1="158.113883").resized(width, height)
+    explorer = kept(QUERY).open_view("load").at(units="si", omega1="158.113883").resized(width, height)
     panel(explorer).locator("select").first.select_option("sweep")
     fields = panel(explorer).locator(".numbers input:visible")
     wait_until(lambda: fields.count() == 5, what="the numbers of a sweep")

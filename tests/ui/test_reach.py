@@ -79,7 +79,7 @@ def test_every_stop_of_the_keyboard_has_a_name_however_late_figures_come(visit):
     explorer.open_tab("Explore")
     explorer.page.wait_for_timeout(3000)
     explorer.page.evaluate("delete Bokeh.documents[0].is_idle")
-    wait_until(lambda: explorer.page.evaluate(NAMED) == 13, what="names of all figures, hidden ones too")
+    wait_until(lambda: explorer.page.evaluate(NAMED) == 10, what="names of all figures, hidden ones too")
     assert explorer.page.evaluate(UNNAMED) == []
     names = [figure.get_attribute("aria-label") for figure in explorer.page.get_by_role("figure").all()]
     seen, axes = r"amplitude [\d.]+, penalty [\d.]+", r"displacement ξ₁ / base amplitude, velocity ξ₁′ / \(Aω₁\)"
