@@ -48,10 +48,11 @@ check: $(VENV)/test
 in-process: $(VENV)/test warm
 	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --in-process --numprocesses 2 --dist worksteal --ignore tests/ui $(ARGS)
 
-# Likewise, file by file, those with a browser last in each process, since its driver leaves an event loop running.
+# Likewise, file by file, those with a browser last in each process, since its driver leaves an event loop running. In
+# three processes: a test with a browser waits for a third of its time.
 test:
 	@$(MAKE) --no-print-directory --jobs 2 warm browser
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder $(ARGS)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --numprocesses 3 --dist loadfile --no-loadscope-reorder $(ARGS)
 
 # The kernels are compiled, so that no test waits for the compiler, while packages and browser of the tests are fetched.
 warm: $(VENV)/run
