@@ -22,14 +22,12 @@ from vibroscope.engine.sweeps import (
     CellKind,
     EtaStudy,
     RunOptions,
-    adaptive_batches,
     empty_values,
     grow,
+    grow_kinds,
     grow_picture,
-    judge_cells,
     kind_words,
     known_kinds,
-    unknown_kinds,
 )
 
 
@@ -185,7 +183,8 @@ class PartialDiagram:
     def open_cells(self) -> np.ndarray:
         """The computed cells whose kind is not known yet, from coarse to fine."""
         missing = np.flatnonzero((self.kinds["kind"] == CellKind.UNKNOWN) & self.known)
-        return missing[np.argsort(-(missing & -missing), kind="stable")]
+        stride = np.where(missing == 0, len(self.known), missing & -missing)
+        return missing[np.argsort(-stride, kind="stable")]
 
     @property
     def impacts(self) -> np.ndarray:
@@ -289,16 +288,6 @@ def grow_diagram(
     for found in grow_picture(study, options, values):
         result = PartialDiagram(question, found, preview, judged)
         yield result
-    yield from _judged(study, result, options)
-
-
-def _judged(study: EtaStudy, result: PartialDiagram, options: RunOptions) -> Iterator[PartialDiagram]:
-    """The complete diagram with more and more kinds of motion."""
-    cells = result.open_cells
-    judged = result.judged or unknown_kinds(study.cells)
-    how = {"threads": options.threads, "cancelled": options.cancelled}
-    for chosen in adaptive_batches(cells):
-        judged = {name: array.copy() for name, array in judged.items()}
-        for name, array in judge_cells(study, result.values, chosen, **how).items():
-            judged[name][chosen] = array
-        yield replace(result, judged=judged)
+    how = {"threads": options.threads, "cancelled": cancelled}
+    for kinds in grow_kinds(study, result.values, result.open_cells, result.judged, **how):
+        yield replace(result, judged=kinds)

@@ -22,9 +22,8 @@ from vibroscope.engine.sweeps import (
     CellKind,
     PlaneStudy,
     RunOptions,
-    adaptive_batches,
+    grow_kinds,
     grow_picture,
-    judge_cells,
     nearest_known,
     unknown_kinds,
 )
@@ -224,21 +223,16 @@ def grow_plane(
     if last is None and question.judged:
         last = RESULTS.get(question._replace(judged=False))
     judged = last and last.judged
-    for values in grow_picture(question.study(), options, last and last.values):
+    study = question.study()
+    for values in grow_picture(study, options, last and last.values):
         result = PartialPlane(question, values, judged)
         yield result
-    if question.judged:
-        yield from _judge(result, options)
+    if not question.judged:
+        return
 
+    def in_study(places: np.ndarray) -> np.ndarray:
+        return np.ravel_multi_index(np.unravel_index(places, result.known.shape)[::-1], study.shape)
 
-def _judge(result: PartialPlane, options: RunOptions) -> Iterator[PartialPlane]:
-    """The complete plane with more and more kinds of motion."""
-    study, cells = result.question.study(), result.open_cells
-    judged = result.judged or unknown_kinds(result.known.size)
-    how = {"threads": options.threads, "cancelled": options.cancelled}
-    for some in adaptive_batches(cells):
-        chosen = np.ravel_multi_index(np.unravel_index(some, result.known.shape)[::-1], study.shape)
-        judged = {name: array.copy() for name, array in judged.items()}
-        for name, array in judge_cells(study, result.values, chosen, **how).items():
-            judged[name][some] = array
-        yield replace(result, judged=judged)
+    how = {"threads": options.threads, "cancelled": cancelled}
+    for kinds in grow_kinds(study, result.values, result.open_cells, result.judged, in_study, **how):
+        yield replace(result, judged=kinds)

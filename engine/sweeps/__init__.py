@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from vibroscope.engine.model import COORDINATES
 from vibroscope.engine.sweeps.basin_motions import AXES, StartPlane
 from vibroscope.engine.sweeps.basin_study import BasinDifference, BasinStudy, basin_difference, difference_of
-from vibroscope.engine.sweeps.batches import COARSEST, Progress, adaptive_batches, empty_values, nearest_known
+from vibroscope.engine.sweeps.batches import COARSEST, Progress, empty_values, nearest_known
 from vibroscope.engine.sweeps.cache import cached_dataset, grow_cached, grow_picture
 from vibroscope.engine.sweeps.codes import KIND_FLAGS, MISSING
 from vibroscope.engine.sweeps.digest import engine_digest
@@ -19,7 +19,7 @@ from vibroscope.engine.sweeps.eta_study import DIRECTIONS, OVER, EtaStudy
 from vibroscope.engine.sweeps.growth import Partial, RunOptions, grow, run
 from vibroscope.engine.sweeps.motion_kinds import (
     CellKind,
-    judge_cells,
+    grow_kinds,
     judge_runs,
     kind_words,
     known_kinds,
@@ -55,7 +55,6 @@ __all__ = [
     "StartPlane",
     "StepStudy",
     "Study",
-    "adaptive_batches",
     "basin_difference",
     "check_store",
     "difference_of",
@@ -63,8 +62,8 @@ __all__ = [
     "engine_digest",
     "grow",
     "grow_cached",
+    "grow_kinds",
     "grow_picture",
-    "judge_cells",
     "judge_runs",
     "kind_words",
     "known_kinds",

@@ -5,7 +5,7 @@ The sweep itself only shows which sections repeat themselves. The cells that do 
 code.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from vibroscope.engine.motions.description import CellKind, Kind
 from vibroscope.engine.motions.judge import judge, late_runs, unknown_kinds
 from vibroscope.engine.motions.section import scatter, settled_periods
 from vibroscope.engine.motions.words import of_section, repetition_of
+from vibroscope.engine.sweeps.batches import adaptive_batches
 from vibroscope.engine.sweeps.codes import MISSING
 from vibroscope.engine.sweeps.eta_study import EtaStudy
 from vibroscope.engine.sweeps.plane_study import PlaneStudy
@@ -98,6 +99,40 @@ def judge_cells(
     cells = replace(cells, initial=study.starts_of(chosen, values["end"].reshape(-1, 4)))
     run, how = {"transient": study.transient, "sample": study.sample}, {"threads": threads, "cancelled": cancelled}
     return _judge_late(cells, run, how)
+
+
+def grow_kinds(
+    study: EtaStudy | PlaneStudy,
+    values: dict[str, np.ndarray],
+    places: np.ndarray,
+    known: dict[str, np.ndarray] | None = None,
+    number: Callable[[np.ndarray], np.ndarray] = np.asarray,
+    **how,
+) -> Iterator[dict[str, np.ndarray]]:
+    """Judge the motions of some cells batch by batch; after each come the kinds of all cells, as far as they are known.
+
+    Parameters
+    ----------
+    study, values, **how
+        As of :func:`judge_cells`.
+    places : (m,) ndarray of int
+        The cells to judge, by their places in the kinds.
+    known : dict, optional
+        Kinds of an earlier call, from which to go on.
+    number : callable
+        ``number(places)`` gives the indices of these cells in the flattened grid, by default the same.
+
+    Raises
+    ------
+    Cancelled
+        If ``cancelled`` returned true.
+    """
+    kinds = known or unknown_kinds(study.cells)
+    for some in adaptive_batches(places):
+        kinds = {name: array.copy() for name, array in kinds.items()}
+        for name, array in judge_cells(study, values, number(some), **how).items():
+            kinds[name][some] = array
+        yield kinds
 
 
 def judge_runs(
