@@ -18,7 +18,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from functools import partial
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import panel as pn
 from vibroscope.app.explorer.errors import Refused
@@ -26,8 +26,8 @@ from vibroscope.app.explorer.link import MOST_PINS, View
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.physical_fields import entered
 from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.scenes import opening_setting, scene_key, scenes
-from vibroscope.app.explorer.shelf import shelf, shelf_key
+from vibroscope.app.explorer.scenes import Scene, opening_setting, scene_key, scenes
+from vibroscope.app.explorer.shelf import ShelfSystem, shelf, shelf_key
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.page.address import THEMES, Address
@@ -51,44 +51,32 @@ def route(session: "Session", message: object) -> None:
         return
     if isinstance(message.get("move"), int):
         session.move = message["move"]
-    for name, act in _ACTIONS.items():
+    for name, (kind, act) in _ACTIONS.items():
         if name in message:
-            act(session, message[name])
+            if isinstance(message[name], kind):
+                act(session, message[name])
             return
 
 
-def _set(session: "Session", texts: object) -> None:
-    if isinstance(texts, dict):
-        session.set(texts)
+def _choose(offered: Callable[[], Mapping[str, Scene | ShelfSystem]], session: "Session", key: str) -> None:
+    if key in offered():
+        session.set(offered()[key].texts(), fresh=True)  # fresh also for the same one: a way back from any zoom
 
 
-def _choose_scene(session: "Session", key: object) -> None:
-    if isinstance(key, str) and key in scenes():
-        session.set(scenes()[key].texts(), fresh=True)  # fresh also for the same scene: a way back from any zoom
-
-
-def _choose_shelf(session: "Session", key: object) -> None:
-    if isinstance(key, str) and key in shelf():
-        session.set(shelf()[key].texts(), fresh=True)
-
-
-def _if_text(act: "Callable[[Session, str], None]") -> "Callable[[Session, object], None]":
-    return lambda session, text: act(session, text) if isinstance(text, str) else None
-
-
-_ACTIONS: "dict[str, Callable[[Session, object], None]]" = {
-    "set": _set,
-    "scene": _choose_scene,
-    "shelf": _choose_shelf,
-    "undo": lambda session, _: session.undo(),
-    "redo": lambda session, _: session.redo(),
-    "reset": lambda session, _: session.reset(),
-    "pin": lambda session, on: session.pin(bool(on)),
-    "unpin": lambda session, place: session.unpin(place) if isinstance(place, int) else None,
-    "theme": _if_text(lambda session, theme: session.choose_theme(theme)),
-    "view": _if_text(lambda session, key: session.open(key)),
-    "take": _if_text(lambda session, what: session.take(what)),
-    "load": lambda session, parts: session.load(parts),
+# By the name of a message: what it is to hold, and what is done with that.
+_ACTIONS: "dict[str, tuple[type, Callable[[Session, Any], None]]]" = {
+    "set": (dict, lambda session, texts: session.set(texts)),
+    "scene": (str, partial(_choose, scenes)),
+    "shelf": (str, partial(_choose, shelf)),
+    "undo": (object, lambda session, _: session.undo()),
+    "redo": (object, lambda session, _: session.redo()),
+    "reset": (object, lambda session, _: session.reset()),
+    "pin": (object, lambda session, on: session.pin(bool(on))),
+    "unpin": (int, lambda session, place: session.unpin(place)),
+    "theme": (str, lambda session, theme: session.choose_theme(theme)),
+    "view": (str, lambda session, key: session.open(key)),
+    "take": (str, lambda session, what: session.take(what)),
+    "load": (object, lambda session, parts: session.load(parts)),
 }
 
 
