@@ -1,4 +1,4 @@
-# Everything starts here: `make run` opens the explorer, `make check` tests it in one to two minutes, `make test` wholly. Each
+# Everything starts here: `make run` opens the explorer, `make check` tests it in some six minutes, `make test` wholly. Each
 # sets up what it needs in .venv, once; a stamp in there is touched last, so that a broken set-up is repeated.
 
 PYTHON ?= python3
@@ -18,7 +18,7 @@ INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --no
 
 help:
 	@echo "make run        open the explorer in the browser"
-	@echo "make check      check style, run the tests that need no browser and no process of their own: one to two minutes"
+	@echo "make check      check style, run the tests that need no browser and no process of their own: some six minutes"
 	@echo "make test       run all tests                 (ARGS='-k grazing' hands options to pytest)"
 	@echo "make docs       build the documentation, which the explorer serves under /docs: a minute or two"
 	@echo "make shown      renew the outputs and figures that pages of the documentation show"

@@ -93,11 +93,14 @@ class Helpers:
         self._folder = tempfile.TemporaryDirectory(prefix="vibroscope-compile-")
         self.claims = Claims(self._folder.name)
         self._processes, self._listeners = [], []
-        for _ in range(self._count):
-            try:
+        try:
+            for _ in range(self._count):
                 self._start()
-            except OSError:  # there can be no more processes: this one compiles alone
-                break
+        except OSError:  # there can be no more processes: this one compiles alone
+            pass
+        except BaseException:
+            self.__exit__()
+            raise
         return self
 
     def __exit__(self, *error: object) -> None:
