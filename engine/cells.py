@@ -149,7 +149,7 @@ class Cells:
         systems = (self.system,) if isinstance(self.system, System) else self.system
         stops = max((1 + system.two_stops for system in systems), default=1)
         rows = np.array([(parameters_of_stops(each, 1.0, self.method) * 2)[:stops] for each in systems])
-        factors = np.array([[(1.0, 1.0), (each.stiffness_factor2, each.damping_factor2)][:stops] for each in systems])
+        factors = np.array([each.contact_factors[:stops] for each in systems])
         power = np.array([system.excitation.power for system in systems])
         if len(systems) < len(self):
             rows = np.repeat(rows, len(self), axis=0)

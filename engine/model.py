@@ -243,6 +243,11 @@ class System:
         """Coefficient of restitution of the second stop."""
         return self.restitution if self.restitution2 is None else self.restitution2
 
+    @property
+    def contact_factors(self) -> tuple[tuple[float, float], ...]:
+        """The multiples of a method's K and D at each of two stops."""
+        return (1.0, 1.0), (self.stiffness_factor2, self.damping_factor2)
+
     @cached_property
     def mirrored(self) -> "System":
         """The system of two stops as seen from the second one: its displacements are the negative of these."""

@@ -49,9 +49,8 @@ def has_strides(eta: float, rate, steps):
     return SHORTEST_STRIDE * rate * 2 * np.pi / eta / steps <= REACHES[FREE]
 
 
-def packed_skips(rows: np.ndarray) -> np.ndarray:
-    """The tables of skips, (s, SKIPPING.size), of parameters as seen from each stop, (s, n)."""
-    packed, keys = no_tables(SKIPPING, len(rows))
+def set_up_stops(packed: np.ndarray, keys: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Write the tables of skips, (s, SKIPPING.size), of parameters as seen from each stop, (s, n); returns them."""
     for each in zip(packed, keys, rows, strict=True):
         set_up_skipping(*each)
     return packed
@@ -69,7 +68,7 @@ class NewmarkDriver(SteppingDriver):
         stops = parameters_of_stops(*self.problem)
         p, harmonic = stops[0], self.system.excitation.load is None
         skips = harmonic and are_held(p) and can_skip(p.eta, free_rate(p), self.method.steps, self.method)
-        return packed_skips(np.array(stops)) if skips else None
+        return set_up_stops(*no_tables(SKIPPING, len(stops)), np.array(stops)) if skips else None
 
     def tables_of(self, p: Parameters) -> dict:
         scheme = newmark.scheme_of(p)
@@ -135,7 +134,7 @@ class SkippedSamples:
         stops = parameters_of_stops(system, eta, self._method)
         self._skips, self._rate = are_held(stops[0]), free_rate(stops[0])
         self._rows = np.array(stops)
-        self._factors = np.array([(1.0, 1.0), (system.stiffness_factor2, system.damping_factor2)][: len(stops)]).T
+        self._factors = np.array(system.contact_factors[: len(stops)]).T
         self._packed, self._keys = no_tables(SKIPPING, len(stops))
         self._state = np.zeros(STATE.size + 1)
         self._step = STATE.begin("step")
@@ -166,8 +165,7 @@ class SkippedSamples:
         K, D, steps = numbers
         stiffness, damping = self._factors  # of the second stop multiples of those of the first
         parameter_rows(self._rows, {"stiffness": K * stiffness, "damping": D * damping, "steps": steps})
-        for each in zip(self._packed, self._keys, self._rows, strict=True):
-            set_up_skipping(*each)
+        set_up_stops(self._packed, self._keys, self._rows)
         write_start(self._rows, self._state, *start)
         stride, sampled = record.stride(steps), periods - record.periods
         window, buffers = (sampled * steps, sampled * steps, stride), self._buffers(record.periods, -(-steps // stride))
