@@ -22,7 +22,6 @@ from typing import Any
 
 import numpy as np
 from vibroscope.engine.divergence.tolerances import BURSTS, DRAWS_NEARER, EVEN_SAMPLES, NARROW, NOTICED, SECTION_DRIFT
-from vibroscope.engine.drivers.newmark import takes_own_loop
 from vibroscope.engine.drivers.section import period_of
 from vibroscope.engine.law_table import LAWS
 from vibroscope.engine.model import DISPLACEMENTS, System
@@ -183,7 +182,7 @@ def settled_length(run: Callable[[str, int, int], Response], periods: int, keep:
     method, longer = first[1].method, max(periods, SECTION // 2)  # so that all of them have a section to keep
     most = (
         math.inf
-        if skips_steps(first[1])
+        if first[1].method.skips_steps
         else min(AFFORDED / method.steps, AFFORDED_PERIODS[LAWS[method.law].closed_form])
     )
     lengths = [periods, *(factor * longer for factor in LONGER if factor * longer <= most)]
@@ -203,11 +202,6 @@ def settled_length(run: Callable[[str, int, int], Response], periods: int, keep:
         if name == "reference" and found.ok and not repeats(found.section, keep):
             kept = SECTION
     return settled, kept
-
-
-def skips_steps(run: Response) -> bool:
-    """Whether a run skips steps in which contact does not change: between two stops the paper's method alone does."""
-    return run.method.skips_steps and (takes_own_loop(run.method) or not run.system.two_stops)
 
 
 def repeats(section: np.ndarray, keep: int) -> bool:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.engine.divergence.compare import SECTION, Comparison
 from vibroscope.engine.divergence.error import SampledRuns, Target
-from vibroscope.engine.divergence.grid import LONGER, PER_PERIOD, skips_steps
+from vibroscope.engine.divergence.grid import LONGER, PER_PERIOD
 from vibroscope.engine.drivers.threads import share_out, thread_count
 from vibroscope.engine.methods import ExactPenalty, TimeStepping
 from vibroscope.engine.model import DISPLACEMENTS
@@ -76,7 +76,7 @@ class Remaining:
         most = SEARCHED if period else SEARCHED_SECTIONS
         searched = min(self._settled.periods, max(most, self._keep))
         self._search = self._settled._replace(periods=searched)
-        self.skips = skips_steps(run)
+        self.skips = run.method.skips_steps
         if not self.skips:
             self._search = _Plan(tuple(comparison.runs.reference.section[-1].tolist()), SHORT_TRANSIENT + self._keep)
         self._known: dict[tuple[Penalty, _Plan], float] = {}

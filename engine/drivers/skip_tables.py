@@ -28,6 +28,7 @@ from vibroscope.engine.kernels.equations.contact_law import CUT, OTHER, takes_la
 from vibroscope.engine.kernels.equations.motion import free_rate, pressed_rate
 from vibroscope.engine.kernels.parameters import Parameters
 from vibroscope.engine.kernels.time_stepping.linear_step import COLUMNS, GAP, RATE, STATE_ROWS, LinearScheme
+from vibroscope.engine.kernels.time_stepping.newmark import LIMIT
 
 LONGEST = ENTRIES  # stride: every step is then one entry of each level away
 BLOCK = 16  # rows of a product: so small that BLAS does not wake other threads for it, which would take longer
@@ -75,6 +76,8 @@ def _mode_of_piece(m: LinearScheme, piece: Piece | None, pulling: Piece | None) 
         elif piece and piece.stiffness > m.system.law.stiffness:  # the damper at its limit pushes where the spring does
             deciding.append(-end[GAP])
     gap = -end[1] if piece else end[1]  # where a law takes it, it is another one with some methods
+    if not piece and m.system.reach < LIMIT:  # beyond, the next step is seen from the other stop
+        deciding.append(m.system.reach * one - gap)
     if m.system.law.relative != 0.0:  # the closing speed is that before the plain step which begins a contact
         deciding.append(gap)
     acts = piece is not None and not (m.system.law.kind == CUT and piece.stiffness == 0.0)

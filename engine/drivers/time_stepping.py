@@ -59,7 +59,7 @@ class TimeSteppingDriver(SteppingDriver):
     def tables_of(self, p: Parameters) -> dict:
         method, p = self.method, as_steps_see(p)
         scheme = linear_scheme(p, method)
-        skips = np.isinf(p.play) and p.pulse < 0.0 and not method.every_step
+        skips = p.pulse < 0.0 and not method.every_step
         skips = skips and has_strides(p.eta, uncompiled(free_rate)(p), method.steps)
         return {
             "_parameters": p,

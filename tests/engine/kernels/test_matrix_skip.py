@@ -31,7 +31,7 @@ IMPACTS = ("time", "position", "velocity_before", "velocity_after", "impulse", "
 TRAJECTORY = ("time", "displacement", "velocity", "force")
 
 
-def random_run(rng, kind):
+def random_run(rng, kind, two_stops=False):
     """A system with or without a wall, clearance or preload and forces; η and a method."""
     wall = rng.random() < 0.4
     system = System(
@@ -48,6 +48,9 @@ def random_run(rng, kind):
             constant1=rng.choice([0.0, rng.uniform(-0.5, 0.5)]),
         ),
     )
+    if two_stops:
+        second = {"clearance2": rng.uniform(0.05, 1), "stiffness_factor2": rng.uniform(0.5, 2)}
+        system = replace(system, clearance=rng.uniform(0.05, 1), **second)
     status = "start" if kind.explicit else rng.choice(["start", "end"])
     without, law = str(rng.choice(["stop", "keep", "halve"])), str(rng.choice(CONTACT_LAWS))
     steps = int(np.exp(rng.uniform(math.log(300), math.log(8_000))))
@@ -68,12 +71,13 @@ def counts_of(response):
     return response.status, response.steps_without_solution, response.steps_with_two, response.cost.steps
 
 
+@pytest.mark.parametrize("two_stops", [False, True], ids=["one", "two"])
 @pytest.mark.parametrize("kind", every(INTEGRATORS.values()), ids=every(INTEGRATORS))
-def test_the_same_steps_wherever_rounding_does_not_decide(kind):
+def test_the_same_steps_wherever_rounding_does_not_decide(kind, two_stops):
     """The plain loop shows how much rounding grows, with a start that differs by 1e-11."""
     rng, compared, changes = np.random.default_rng(7), 0, 0
     for _ in range(18):
-        system, eta, method = random_run(rng, kind)
+        system, eta, method = random_run(rng, kind, two_stops)
         plain = replace(method, every_step=True)
         options, start = {"periods": 3, "keep": 3}, np.array(system.rest)
         skipped = simulate(system, eta, method, **options)
