@@ -1,4 +1,4 @@
-# Everything starts here: `make run` opens the explorer, `make check` tests it in some six minutes, `make test` wholly. Each
+# Everything starts here: `make run` opens the explorer, `make check` tests it in about a minute, `make test` wholly. Each
 # sets up what it needs in .venv, once; a stamp in there is touched last, so that a broken set-up is repeated.
 
 PYTHON ?= python3
@@ -13,13 +13,14 @@ BIN := $(VENV)/bin
 # when it is first imported: most never are imported, and to compile them all takes longer than to install them.
 INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --no-compile --require-hashes --only-binary :all:
 
-.PHONY: help run check in-process test warm browser bench codes docs shown notebook gallery dist lint lock snapshots diagram image proxy release clean
+.PHONY: help run check quick long test warm browser bench codes docs shown notebook gallery dist lint lock snapshots diagram image proxy release clean
 .DELETE_ON_ERROR:
 
 help:
 	@echo "make run        open the explorer in the browser"
-	@echo "make check      check style, run the tests that need no browser and no process of their own: some six minutes"
+	@echo "make check      check style, run the tests that take less than a moment: about a minute"
 	@echo "make test       run all tests                 (ARGS='-k grazing' hands options to pytest)"
+	@echo "make long       renew the list of tests that make check leaves out, on a machine that does nothing else"
 	@echo "make docs       build the documentation, which the explorer serves under /docs: a minute or two"
 	@echo "make shown      renew the outputs and figures that pages of the documentation show"
 	@echo "make notebook   open docs/notebook.ipynb in JupyterLab, which it installs"
@@ -41,12 +42,15 @@ run: $(VENV)/run
 
 # The linters run beside the tests, in what these leave of two cores where they wait.
 check: $(VENV)/test
-	@$(MAKE) --no-print-directory --jobs 2 lint in-process
+	@$(MAKE) --no-print-directory --jobs 2 lint quick
 
-# In two processes, without browser; a test that would start a process is skipped. One thread of linear algebra each:
+# In two processes, without browser, and without the tests that tests/long.txt lists. One thread of linear algebra each:
 # for matrices as small as these a second one costs more than it does.
-in-process: $(VENV)/test warm
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --in-process --numprocesses 2 --dist worksteal --ignore tests/ui $(ARGS)
+quick: $(VENV)/test warm
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --quick --numprocesses 2 --dist worksteal --ignore tests/ui $(ARGS)
+
+long: $(VENV)/test warm
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest --write-long --numprocesses 2 --dist worksteal --ignore tests/ui $(ARGS)
 
 # Likewise, file by file, those with a browser last in each process, since its driver leaves an event loop running. In
 # three processes: a test with a browser waits for a third of its time.

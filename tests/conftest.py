@@ -3,7 +3,6 @@
 import gc
 import os
 import re
-import subprocess
 
 import hypothesis
 import pytest
@@ -11,17 +10,14 @@ import pytest
 from tests import share
 from tests.served import ROOT, served
 
+pytest_plugins = ["tests.quick"]
+
 
 def pytest_addoption(parser):
     parser.addoption(
         "--renew-snapshots",
         action="store_true",
         help="write what the page shows now as what it should show (look at the difference before you commit it)",
-    )
-    parser.addoption(
-        "--in-process",
-        action="store_true",
-        help="skip each test that starts a process",
     )
     parser.addoption(
         "--all-examples",
@@ -53,21 +49,6 @@ def pytest_collection_finish():
     gc.freeze()
     gc.set_threshold(50_000, 20, 20)
     gc.enable()
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _processes(request):
-    """With ``--in-process`` a test ends, as skipped, where it would start a process."""
-    if not request.config.getoption("--in-process"):
-        yield
-        return
-
-    def skip(*_, **__):
-        pytest.skip("starts a process: run by `make test`")
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(subprocess.Popen, "__init__", skip)
-        yield
 
 
 @pytest.fixture(scope="session")

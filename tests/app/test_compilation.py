@@ -35,7 +35,7 @@ def printing(*progress, then=""):
 
 @pytest.fixture
 def nothing_compiled(monkeypatch, request):
-    if request.config.getoption("--in-process"):  # here, since the process is started in another thread
+    if request.config.getoption("--quick"):  # here, since the process is started in another thread
         pytest.skip("starts a process: run by `make test`")
     monkeypatch.setattr(module, "is_compiled", lambda: False)
     monkeypatch.setattr(module, "is_cache_private", lambda: False)
