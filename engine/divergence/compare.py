@@ -28,6 +28,7 @@ from vibroscope.engine.divergence.grid import (
     about_rest,
     chance_distance,
     change_between,
+    relative_to,
     rms,
     run_again,
     settled_length,
@@ -118,7 +119,7 @@ class ComparisonQuestion:
 
 @dataclass(frozen=True)
 class Statistics:
-    """Wasserstein distances of the sections, relative to ``size``; nan where a run ended early.
+    """Wasserstein distances of the sections, relative to ``size``; nan where a run ended early, inf where that is 0.
 
     Attributes
     ----------
@@ -150,27 +151,34 @@ class Statistics:
 
     def total_of(self, section: np.ndarray) -> float:
         """Return the relative distance of another section, (SECTION, 2), from the reference's."""
-        return wasserstein_distance(section, self.sections.reference) / self.size
+        return _apart(section, self.sections.reference, self.size)
 
     @property
     def without_joint_damping(self) -> float:
         """Relative distance of Newmark's section from that of the reference with derived joint damping."""
-        return wasserstein_distance(self.sections.penalty, self.sections.derived) / self.size
+        return _apart(self.sections.penalty, self.sections.derived, self.size)
 
 
 def statistics(runs: PerSolution[Response], cancelled: Callable[[], bool] | None = None) -> Statistics:
     """Compare the sections of four runs over their SECTION kept periods, or as many from their checkpoints."""
     sections = PerSolution(*(_section(run, cancelled) for run in runs))
     size = rms(about_rest(sections.reference.T, runs.reference.system))
+
+    chance = rms(np.array([chance_distance(each) for each in (sections.penalty, sections.reference)]))
     return Statistics(
-        total=wasserstein_distance(sections.penalty, sections.reference) / size,
-        time_step=wasserstein_distance(sections.penalty, sections.exact) / size,
-        regularisation=wasserstein_distance(sections.exact, sections.derived) / size,
-        joint_damping=wasserstein_distance(sections.derived, sections.reference) / size,
-        floor=rms(np.array([chance_distance(each) for each in (sections.penalty, sections.reference)])) / size,
+        total=_apart(sections.penalty, sections.reference, size),
+        time_step=_apart(sections.penalty, sections.exact, size),
+        regularisation=_apart(sections.exact, sections.derived, size),
+        joint_damping=_apart(sections.derived, sections.reference, size),
+        floor=relative_to(chance, size),
         sections=sections,
         size=size,
     )
+
+
+def _apart(one: np.ndarray, other: np.ndarray, size: float) -> float:
+    """The distance of two sections relative to a size; inf if the reference always is at rest when a period ends."""
+    return relative_to(wasserstein_distance(one, other), size)
 
 
 def _section(run: Response, cancelled: Callable[[], bool] | None) -> np.ndarray:

@@ -264,8 +264,8 @@ class Regularisation:
         The parts on the grid of :class:`.parts.DifferenceSeries`: ξ₁, ξ₂, ξ₁′, ξ₂′; nan where a reference ended early.
         The wrong restitution is pulling and damper together; these are nan with another law.
     in_step : bool
-        Whether the two further references repeat after as many periods as the one with e; otherwise the parts are
-        hardly meaningful.
+        Whether the two further references repeat after as many periods as the one with e, or are free vibrations;
+        otherwise the parts are hardly meaningful.
     """
 
     ratio: float
@@ -312,6 +312,8 @@ def split_regularisation(
         period = period_of(run.section) if run.ok else 0
         periods.add(period)
         rows.append(samples_beside(run, period, own, grid, cancelled)[0].reshape(4, -1))
+    together = len(periods) == 1 and 0 not in periods
+    free = not derived.system.excitation.drives and not np.isnan(rows).any()
     delivered, without_pull = rows if len(rows) == 2 else (rows[0], np.full_like(rows[0], np.nan))
     return Regularisation(
         ratio,
@@ -321,7 +323,7 @@ def split_regularisation(
         wrong_restitution=delivered - series.runs.derived,
         pulling=delivered - without_pull,
         damper=without_pull - series.runs.derived,
-        in_step=len(periods) == 1 and 0 not in periods,
+        in_step=together or free,
     )
 
 

@@ -200,7 +200,7 @@ def _nothing_sentence(comparison: Comparison, found: Alone, blame: Blame) -> str
         f" The joint damping alone, which the penalty model lacks, makes {percent(part)}." if part > SAME_CURVE else ""
     )
     if best is None or best.left >= found.total:
-        return f"No K, D or time step that was tried leaves less.{of_model}"
+        return f"No K, D or time step that was tried leaves less together with those within 10 %.{of_model}"
     does = "mends" if best.robust <= found.total / 2 else "halves"
     return stated("No number alone {} it: at best {}.{}", does, _best_text(comparison, best), of_model)
 
@@ -246,9 +246,10 @@ def detail_sentences(
     shares = [percent(motion.contact_share) for motion in (comparison.reference, comparison.penalty)]
     lines.append(f"Contact takes {shares[0]} of the time in the reference, {shares[1]} in the penalty solution.")
     if found is not None and found.changes:
-        halving = [each for each in found.changes if max(each.left, each.robust) <= HALF * found.total]
-        left = (stated("{} {}", value_text(each), percent(each.left)) for each in halving or found.changes[:1])
-        lines.append(stated("What is left at best if one number alone is changed: {}.", joined("; ", left)))
+        less = [each for each in found.changes if each.left < found.total]
+        halving = [each for each in less if max(each.left, each.robust) <= HALF * found.total]
+        if left := [stated("{} {}", value_text(each), percent(each.left)) for each in halving or less[:1]]:
+            lines.append(stated("What is left at best if one number alone is changed: {}.", joined("; ", left)))
     run = comparison.runs.penalty
     if run.periods > comparison.asked:
         lines.append(

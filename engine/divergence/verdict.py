@@ -355,7 +355,8 @@ def _equal_damping(comparison: Comparison, contact: Conditions, cancelled) -> Ch
 
 def _of_rest(comparison: Comparison) -> Verdict:
     """Return the verdict where the reference does not move, as a body that a preload holds at a wall."""
-    apart = Amount(rms(comparison.parts.total[:2]), "displacement", 2)
+    moving = 1 if comparison.runs.reference.system.wall else 2
+    apart = Amount(rms(comparison.parts.total[:moving]), "displacement", 2)
     said = stated(
         "{} The reference does not move, so that no relative difference exists: the penalty solution is off by {} "
         "(rms{}), by which the spring K gives way.",

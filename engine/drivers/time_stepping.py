@@ -137,14 +137,14 @@ class TimeSteppingDriver(SteppingDriver):
 
     def _explain_instability(self) -> str:
         """The step that the method needs to be stable, in words; "" if it is stable."""
-        b, method, period = self._bodies, self.method, self.period
+        method, period, stops = self.method, self.period, [stop["_bodies"] for stop in self._stops]
         if method.integrator.always_unstable:
             return "the method amplifies with every step, since gamma is below 1/2"
         where = {0: "without contact", 1: "in contact"}
 
         def unstable(n):
             known = where if self._linear else (0,)  # in contact by another law it depends on the penetration
-            return [s for s in known if not is_stable(b, method.integrator, period / n, s)]
+            return [s for s in known if not all(is_stable(b, method.integrator, period / n, s) for b in stops)]
 
         found = unstable(method.steps)
         if not found:

@@ -234,7 +234,7 @@ def _title(curve: Mapping, field: ShownField, total: float, *, done: bool) -> st
     """What is left now, and at best with which value."""
     now, best = f"now {percent(total)}", curve["best"]
     if best is None:
-        return f"{now}; no value leaves less" if done else now
+        return f"{now}; no value leaves less with its neighbours" if done else now
     value = best["value"]
     at = "no time step" if value is None else f"{field.label} = {written(float(f'{field.factor * value:.4g}'))}"
     return f"{now}; at best {percent(best['left'])}: {at}"
