@@ -44,12 +44,12 @@ def test_a_study_says_why_it_has_nothing_to_show_and_computes_nothing(opened, ki
     ((head, text),) = tab.panel.statements
     assert (head, WORDS[kind] in text, text.count(".")) == ("Nothing to show", True, 1)
     assert tab.summary(free) == host.summary == text
-    assert not any(cell.object.visible for cell in tab.cells)
+    assert not any(plot.visible for plot in tab.view.figures.values())
     assert tab.figures() == []
     assert tab.panel.status == {}
     tab.show(Move(3, Setting()))
     assert len(Asked.all) == 2
-    assert {cell.object.visible for cell in tab.cells} == {True}
+    assert {plot.visible for plot in tab.view.figures.values()} == {True}
     assert tab.panel.statements == []
 
 

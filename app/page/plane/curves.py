@@ -3,12 +3,12 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from bokeh.models import HoverTool, LegendItem, Line, Scatter
-from bokeh.plotting import figure
+from bokeh.models import HoverTool, Line, Scatter
 from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import branch_command
-from vibroscope.app.page.shared.figure import INK, MAGENTA, VERMILLION, add_glyph, empty_source
+from vibroscope.app.page.shared.curves import Curves, curve
+from vibroscope.app.page.shared.figure import INK, MAGENTA, VERMILLION
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.study.listed import ListedSearches, cell, row
 from vibroscope.app.page.tab import TabHost
@@ -23,46 +23,48 @@ _LOOKS = {
     "contact opens": {"line_color": VERMILLION, "line_width": 1.6, "line_dash": [7, 2, 2, 2]},
 }
 _SOLVER = "exact"
-_COLUMNS = ("K", "D", "kind", "period")
+_MEETINGS = "plane_curves_meetings"
 _MEETING_COLUMNS = ("K", "D", "kind", "other")
+_RING = {"marker": "circle", "size": 7, "fill_color": "#FFFFFF", "line_color": INK, "line_width": 1.3}
+
+
+def _source(kind: str) -> str:
+    return f"plane_curves_{kind.replace(' ', '_')}"
+
+
+# Entries of the legend, and what is drawn, in the figure of each side; columns of the sources that no glyph has.
+BIFURCATIONS = {
+    kind.replace(" ", "_"): (POINT_KINDS[kind].several, [curve(Line, _source(kind), x="K", y="D", **_LOOKS[kind])])
+    for kind in KINDS
+} | {"meetings": ("", [curve(Scatter, _MEETINGS, x="K", y="D", **_RING)])}
+COLUMNS = dict.fromkeys(map(_source, KINDS), ("kind", "period")) | {_MEETINGS: ("kind", "other")}
 
 
 class PlaneCurves(ListedSearches):
-    """One search, that of the exact penalty solution, and its glyphs in both figures.
+    """One search, that of the exact penalty solution, and its glyphs in both figures."""
 
-    Parameters
-    ----------
-    host : TabHost
-    plots : sequence of figure
-    on_result : callable
-        Called when the search has found more.
-    """
+    names = {_SOLVER: "exact penalty"}  # noqa: RUF012 - read only
+    grow = staticmethod(grow_curves)
+    switch, head, kept = "curves", "Curves of bifurcations", "curves"
 
-    switch = "curves"
-    head = "Curves of bifurcations"
-
-    def __init__(self, host: TabHost, plots: Sequence[figure], on_result: Callable[[], None]) -> None:
-        super().__init__(host, {_SOLVER: "exact penalty"}, grow_curves, on_result)
-        self.lines = {kind: empty_source(f"plane_curves_{kind.replace(' ', '_')}", *_COLUMNS) for kind in KINDS}
-        self.meetings = empty_source("plane_curves_meetings", *_MEETING_COLUMNS)
+    def __init__(self, host: TabHost, figures: Curves, on_result: Callable[[], None]) -> None:
+        super().__init__(host, figures, on_result)
         self._drawn: tuple[PointCurve, ...] | None = None
-        self._items = [item for plot in plots for item in self._add(plot)]
+        for name, plot in figures.figures.items():
+            lines = [figures.items[name, kind.replace(" ", "_")].renderers[0] for kind in KINDS]
+            marks = [part for part in plot.renderers if part.data_source.name == _MEETINGS]
+            rows = [("curve of", "@kind"), ("period", "@period")], [("curve of", "@kind"), ("meets", "@other")]
+            plot.add_tools(
+                HoverTool(renderers=lines, tooltips=rows[0], line_policy="nearest"),
+                HoverTool(renderers=marks, tooltips=rows[1]),
+            )
+        self._show(set())
 
-    def _add(self, plot: figure) -> list[LegendItem]:
-        """The glyphs in a figure; returns their entries in its legend."""
-        entries, lines = [], []
-        for kind, source in self.lines.items():
-            line = add_glyph(plot, Line(x="K", y="D", **_LOOKS[kind]), source)
-            lines.append(line)
-            entries.append(LegendItem(label=POINT_KINDS[kind].several, renderers=[line], visible=False))
-        look = {"marker": "circle", "size": 7, "fill_color": "#FFFFFF", "line_color": INK, "line_width": 1.3}
-        marks = add_glyph(plot, Scatter(x="K", y="D", **look), self.meetings)
-        plot.add_tools(
-            HoverTool(renderers=lines, tooltips=[("curve of", "@kind"), ("period", "@period")], line_policy="nearest"),
-            HoverTool(renderers=[marks], tooltips=[("curve of", "@kind"), ("meets", "@other")]),
-        )
-        plot.legend[0].items = [*plot.legend[0].items, *entries]
-        return entries
+    def _show(self, entries: set[str]) -> None:
+        """Have these kinds of curves in the legends, and no others."""
+        for (_, entry), item in self.figures.items.items():
+            if entry in BIFURCATIONS:
+                show_entry(item, entry in entries)
 
     def ask(self, question: CurvesQuestion | None) -> None:
         """Search for the curves of this question, and end what else is searched for."""
@@ -80,11 +82,11 @@ class PlaneCurves(ListedSearches):
         curves = self.result.curves if self.result is not None else ()
         if curves != self._drawn:
             self._drawn = curves
-            for kind, source in self.lines.items():
-                source.data = _line_columns([curve for curve in curves if curve.kind == kind])
-            self.meetings.data = _meeting_columns(curves)
-            for item in self._items:
-                show_entry(item, any(POINT_KINDS[curve.kind].several == item.label.value for curve in curves))
+            sources = self.figures.sources
+            for kind in KINDS:
+                sources[_source(kind)].data = _line_columns([each for each in curves if each.kind == kind])
+            sources[_MEETINGS].data = _meeting_columns(curves)
+            self._show({each.kind.replace(" ", "_") for each in curves})
         self._list(notes, points=_table(curves, [shown_field(name, setting) for name in ("K", "D")]))
 
     def clear(self) -> None:

@@ -1,46 +1,38 @@
 """Cells of a study as a picture whose every pixel is a class of a palette."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
-from bokeh.events import RangesUpdate, Tap
-from bokeh.models import ColumnDataSource, GlyphRenderer, LinearColorMapper
-from bokeh.plotting import figure
-from vibroscope.app.page.shared.figure import VERMILLION, make_figure
-from vibroscope.app.page.shared.ranges import OwnedRange
+from bokeh.models import ColumnDataSource, Image, LinearColorMapper, Scatter
+from vibroscope.app.page.shared.curves import Curve, Curves, curve
+from vibroscope.app.page.shared.figure import VERMILLION
 
 _PLACE = ("x", "y", "dw", "dh")
 
 
-def cells_source(name: str | None = None, *more: str) -> ColumnDataSource:
-    """A source of one picture that is not there yet; ``more``: further numbers of each cell, for a hover."""
-    return ColumnDataSource({column: [] for column in ("image", *_PLACE, *more)}, name=name)
+class CellsView(Curves):
+    """Figures of cells with the same axes; these fill them, so that they have no grid."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        for plot in self.figures.values():
+            plot.xgrid.visible = plot.ygrid.visible = False
 
 
-def cells_figure(name: str, x: OwnedRange, y: OwnedRange, labels: tuple[str, str] = ("", ""), **more) -> figure:
-    """A figure for cells, which fill it, so that it has no grid."""
-    plot = make_figure("Being computed …", *labels, name=name, x_range=x.range, y_range=y.range, **more)
-    plot.xgrid.visible = plot.ygrid.visible = False
-    return plot
+def cells(source: str, palette: Sequence[str], **more: object) -> Curve:
+    """The picture of a source."""
+    return curve(partial(_picture, palette), source, **{name: name for name in ("image", *_PLACE)}, **more)
 
 
-def listen(plots: Sequence[figure], on_tap: Callable[[Tap], None], on_zoom: Callable[[], None]) -> None:
-    """Call these for a tap, and for a zoom, of figures that have the same ranges."""
-    for plot in plots:
-        plot.on_event(Tap, on_tap)
-    plots[0].on_event(RangesUpdate, lambda event: on_zoom())  # the events of one are enough
+def _picture(palette: Sequence[str], **place: str) -> Image:
+    return Image(color_mapper=LinearColorMapper(palette=list(palette), low=-0.5, high=len(palette) - 0.5), **place)
 
 
-def add_cells(plot: figure, source: ColumnDataSource, palette: Sequence[str]) -> GlyphRenderer:
-    """Draw the picture of a source."""
-    colours = LinearColorMapper(palette=list(palette), low=-0.5, high=len(palette) - 0.5)
-    return plot.image("image", **{name: name for name in _PLACE}, source=source, color_mapper=colours)
-
-
-def add_mark(plot: figure, x: str, y: str, source: ColumnDataSource) -> GlyphRenderer:
-    """Draw the setting of the page over the cells, at these columns of a source."""
+def mark(source: str, x: str, y: str) -> Curve:
+    """The setting of the page over the cells, at these columns of a source."""
     look = {"marker": "diamond_cross", "size": 17, "fill_color": "#FFFFFF", "fill_alpha": 0.85}
-    return plot.scatter(x, y, source=source, **look, line_color=VERMILLION, line_width=2.2, level="overlay")
+    return curve(Scatter, source, x=x, y=y, **look, line_color=VERMILLION, line_width=2.2, level="overlay")
 
 
 def write_cells(

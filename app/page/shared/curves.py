@@ -29,7 +29,12 @@ from vibroscope.app.page.shared.ranges import MARGIN, OwnedRange, UnitAxis, exte
 from vibroscope.app.page.shared.seen import say
 from vibroscope.engine.facts import Statement
 
-_PLACES = {"x": ("x", "x0", "x1", "left", "right"), "y": ("y", "y0", "y1", "bottom", "top")}  # of a glyph
+AWAITED = "Being computed …"  # the title of a figure in which there is nothing yet
+_PLACES = {  # of a glyph: along each side, and of a picture
+    "x": ("x", "x0", "x1", "left", "right"),
+    "y": ("y", "y0", "y1", "bottom", "top"),
+    "picture": ("image", "dw", "dh"),
+}
 
 
 class Axis(NamedTuple):
@@ -64,7 +69,8 @@ class Curve(NamedTuple):
 
     Attributes
     ----------
-    glyph : type
+    glyph : callable
+        Makes the glyph.
     source : str
         Its name.
     look : mapping
@@ -75,26 +81,28 @@ class Curve(NamedTuple):
         It is drawn over what has a smaller one.
     on_right : bool
         Whether the axis at the right is its vertical one.
+    level : str
+        Of Bokeh: it is drawn over what has a lower one.
     """
 
-    glyph: type[Glyph]
+    glyph: Callable[..., Glyph]
     source: str
     look: Mapping[str, object]
     hovered: bool = False
     layer: int = 0
     on_right: bool = False
+    level: str = "glyph"
 
-    def columns(self, sides: str = "xy") -> list[str]:
+    def columns(self, *sides: str) -> list[str]:
         """The columns that place it along these sides."""
         names = (self.look.get(place) for side in sides for place in _PLACES[side])
         return list(dict.fromkeys(name for name in names if isinstance(name, str)))
 
 
-def curve(
-    glyph: type[Glyph], source: str, *, hovered: bool = False, layer: int = 0, on_right: bool = False, **look: object
-) -> Curve:
+def curve(glyph: Callable[..., Glyph], source: str, **look: object) -> Curve:
     """A `Curve` with these properties."""
-    return Curve(glyph, source, look, hovered, layer, on_right)
+    own = {name: look.pop(name) for name in Curve._fields if name in look}
+    return Curve(glyph, source, look, **own)
 
 
 def inside(columns: int) -> Callable[[figure, list[LegendItem]], None]:
@@ -146,7 +154,7 @@ class Plot(NamedTuple):
 
 
 def _on(plot: Plot, drawn: Curve) -> dict[str, str]:
-    return {"y_range_name": plot.right} if drawn.on_right else {}
+    return {"level": drawn.level} | ({"y_range_name": plot.right} if drawn.on_right else {})
 
 
 class Curves:
@@ -198,7 +206,7 @@ class Curves:
         for plot in cls.plots.values():
             told = re.findall(r"@(\w+)", " ".join(plot.tips.values()))
             for _, each in plot.curves:
-                found.setdefault(each.source, []).extend([*each.columns(), *(told if each.hovered else ())])
+                found.setdefault(each.source, []).extend([*each.columns(*_PLACES), *(told if each.hovered else ())])
         return {source: list(dict.fromkeys(columns)) for source, columns in found.items()}
 
     def _build(self, name: str, plot: Plot) -> figure:

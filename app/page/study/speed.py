@@ -217,14 +217,12 @@ class Speed(StudyView):
     key = "speed"
     title = "Speed against error"
     grow = staticmethod(grow_speed)
-    chosen = {}  # noqa: RUF012 - nothing to choose
+    drawn, place, arrangement = SpeedView, "wide", ("speed",)
     pictures = (Figure("speed", "Speed against error", "Error after ten periods over processor time per period."),)
-    axes, legends = SpeedView.spans(), SpeedView.legends()
 
-    def build(self) -> pn.viewable.Viewable:
-        """The figure, the panel, the shipped figure below."""
-        self.view = SpeedView()
-        page = self.lay_out(self.stretch(self.view.figure, "wide"), classes=("speed",))
+    def build(self) -> pn.Column:
+        """See `StudyView`; the shipped figure below."""
+        page = super().build()
         shipped = pn.pane.HTML(
             _SHIPPED, stylesheets=[style("shared/text")], sizing_mode="stretch_width", sanitize_html=False
         )

@@ -120,21 +120,21 @@ class YourCode(StudyView):
     key = "code"
     title = "Your code"
     grow = staticmethod(grow_code)
+    drawn, arrangement = YourCodeView, ("codes",)
+    needs = {"code_rules": "judged"}  # noqa: RUF012 - read only
     chosen = {  # noqa: RUF012 - read only; 0: not known
         **{"code": NONE, "area": 0.0, "elements": 0.0},
         **{"target": NONE, "mass": 0.0, "speed": 0.0},
     }
-    axes, legends = YourCodeView.spans(), YourCodeView.legends()
     pictures = (
         Figure("code_phase", "Phase plot of your code", "Velocity over displacement, with the reference."),
         Figure("code_displacement", "Displacement of your code", "Displacement over the last two periods."),
         Figure("code_rules", "Rules of thumb", "What each rule of thumb gives, and what follows.", drawn=False),
     )
 
-    def build(self) -> pn.viewable.Viewable:
-        """Two figures, the panel, the table of rules."""
-        self.view = YourCodeView()
-        page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures.values()), classes=("codes",))
+    def build(self) -> pn.Column:
+        """See `StudyView`; the table of rules below the figures."""
+        page = super().build()
         self.rules = RulesTable(self._set_rule)
         self.rules.css_classes = ["cell", "wide"]
         page.insert(2, self.rules)
@@ -259,11 +259,6 @@ class YourCode(StudyView):
             said = " ".join(f"{counted(count, 'step')} {what} in this run." for what, count in counts.items() if count)
             lines.append(["Do its steps have solutions?", joined(" ", filter(None, (result.solvable, said)))])
         return lines
-
-    def figures(self) -> list[Figure]:
-        """All; the table of rules once one is judged."""
-        judged = self.result is not None and bool(self.result.judged)
-        return [figure for figure in super().figures() if figure.name != "code_rules" or judged]
 
     def table(self, name: str) -> list[Series]:
         """The curves that are drawn, or a row for each rule."""
