@@ -11,9 +11,9 @@ from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.shelf import shelf
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.tab import Bifurcation
-from vibroscope.app.page.plane.tab import Plane
 from vibroscope.app.page.shared.figure import time_label
 from vibroscope.app.page.study.basin import Basins
+from vibroscope.app.page.study.plane import Plane
 from vibroscope.app.page.study.speed import Speed
 from vibroscope.app.page.study.time_step import TimeStep
 from vibroscope.app.page.tab import Move

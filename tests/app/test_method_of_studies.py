@@ -8,8 +8,8 @@ from vibroscope.app.explorer.method_words import brief_name
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import speed_python
-from vibroscope.app.page.plane.tab import Plane
 from vibroscope.app.page.study import time_step as step_tab
+from vibroscope.app.page.study.plane import Plane
 from vibroscope.app.page.study.speed import Speed, SpeedView
 from vibroscope.app.page.study.speed import statements as speed_statements
 from vibroscope.app.page.study.time_step import TimeStep, TimeStepView, statements

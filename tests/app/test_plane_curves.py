@@ -7,8 +7,7 @@ import pytest
 from vibroscope.app.explorer.link import View
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page import asker
-from vibroscope.app.page.plane.curves import PlaneCurves
-from vibroscope.app.page.plane.tab import Plane, PlaneView
+from vibroscope.app.page.study.plane import Plane, PlaneCurves, PlaneView
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import plane_curves as study
 from vibroscope.app.studies.plane_curves import CurvesQuestion, PartialCurves, grow_curves

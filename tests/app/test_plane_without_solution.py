@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page import asker
-from vibroscope.app.page.plane.tab import Plane, statements
+from vibroscope.app.page.study.plane import Plane, statements
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies import plane

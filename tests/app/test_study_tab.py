@@ -7,9 +7,9 @@ from bokeh.events import Tap
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page import asker
 from vibroscope.app.page.bifurcation.tab import Bifurcation
-from vibroscope.app.page.plane.tab import Plane
 from vibroscope.app.page.study import tab as study
 from vibroscope.app.page.study.basin import Basins
+from vibroscope.app.page.study.plane import Plane
 from vibroscope.app.page.study.speed import Speed
 from vibroscope.app.page.study.time_step import TimeStep
 from vibroscope.app.page.tab import Move

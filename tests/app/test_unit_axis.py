@@ -7,9 +7,9 @@ from vibroscope.app.export.formats import Series
 from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.bifurcation.figure import BifurcationView
-from vibroscope.app.page.plane.tab import PlaneView
 from vibroscope.app.page.shared.figure import make_figure
 from vibroscope.app.page.shared.ranges import OwnedRange, UnitAxis
+from vibroscope.app.page.study.plane import PlaneView
 from vibroscope.app.page.study.time_step import TimeStepView
 from vibroscope.engine import Units
 

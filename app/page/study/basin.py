@@ -11,8 +11,7 @@ from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import method_options, sweep_command, sweep_python
-from vibroscope.app.page.shared.cells import CellsView, cells, mark, rounded_view, write_cells
-from vibroscope.app.page.shared.curves import AWAITED, Axis, Plot
+from vibroscope.app.page.shared.curves import AWAITED, Axis, CellsView, Plot, cells, mark, rounded_view, write_cells
 from vibroscope.app.page.shared.figure import divisor, legend_above
 from vibroscope.app.page.shared.seen import say
 from vibroscope.app.page.study.tab import StudyView, free_obstacle
