@@ -103,7 +103,7 @@ def test_computations_end_with_the_page():
     case.jobs.answer(prepare(compute_runs(PINNED)))
     case.host.pinned = (PINNED, OTHER)
     case.pinned.follow(SETTING)
-    case.pinned.cancel()
+    case.pinned.drop()
     assert [job.cancelled for job in (case.jobs[-1], case.explained[-1])] == [True, True]
 
 

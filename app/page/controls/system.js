@@ -2,7 +2,7 @@
 
 import { numberRow, opensItself, switchRow } from "./parts.js";
 import { FLOOR, HIGH, MIDDLE, SIDES, SystemDrawing, WIDE, clamp } from "../shared/bodies.js";
-import { choose, element, options, setText, svgElement } from "../shared/dom.js";
+import { choose, element, options, say, setText, svgElement } from "../shared/dom.js";
 
 const DRAWN = { // fields that the drawing follows while they are typed, and what of it they are
   clearance: "clearance", clearance_mm: "clearance", clearance2: "clearance2", clearance2_mm: "clearance2", mass_ratio: "mass", base: "base", base_amplitude_mm: "base",
@@ -28,8 +28,7 @@ export function systemDetails(spec, link, model) {
     held = shown.texts.held;
     head.textContent = `System: ${model.system.title}`;
     const away = ["bodies", "stops", ...names].includes(shown.refused.name) && !shown.fields[shown.refused.name];
-    elsewhere.hidden = !away;
-    elsewhere.textContent = away ? shown.refused.text : "";
+    say(elsewhere, away && shown.refused.text);
     const own = !known && ["bodies", "stops", ...names].some((name) => name in spec.defaults && shown.texts[name] !== spec.defaults[name]);
     if (opensItself(own, away || names.includes(shown.refused.name))) box.open = true;
     if (known === model.system) return;

@@ -9,23 +9,16 @@ export function render({ model }) {
   const draw = () => {
     const parts = Object.entries(model.parts);
     const heads = [["", ""], ...model.rows[0]?.numbers ?? [], ["penalty motion", ""], ...parts.map(([, label]) => [label, ""]), ["", ""]];
-    const head = element("tr");
-    head.append(...heads.map(([text, name]) => {
-      const cell = element(text ? "th" : "td", "", text);
-      if (name) cell.append(element("small", "", name));
-      if (text) cell.scope = "col";
-      return cell;
-    }));
-    table.replaceChildren(head, ...model.rows.map((row, place) => line(row, place, parts)));
+    const head = heads.map(([text, name]) => (text
+      ? element("th", "", name ? [text, element("small", "", name)] : text, { scope: "col" }) : element("td")));
+    table.replaceChildren(element("tr", "", head), ...model.rows.map((row, place) => line(row, place, parts)));
   };
   return cueScroll(drawCard(root, model, "rows", draw), true);
 }
 
 function line(row, place, parts) {
   const made = element("tr", place ? `pin${place}` : "present");
-  const name = element("th", "name", place ? `pin ${place}` : "now");
-  name.scope = "row";
-  name.prepend(element("span", "swatch"));
+  const name = element("th", "name", [element("span", "swatch"), place ? `pin ${place}` : "now"], { scope: "row" });
   const motion = element("td", "motion", row.motion || "computing …");
   if (row.other) motion.append(element("small", "", row.other));
   made.append(name, ...row.numbers.map(([label, name, text]) => number("", `${label} ${name}`, text)), motion, ...errors(row, parts));

@@ -93,7 +93,7 @@ class PinnedResults:
         self._draw()
         self._continue()
 
-    def cancel(self) -> None:
+    def drop(self) -> None:
         """The session has ended."""
         self._computed.drop()
         self._explained.drop()

@@ -65,29 +65,24 @@ class MapPoints(NamedTuple):
 NOTHING = MapPoints(np.empty(0), np.empty((2, 0, 1)), 0.0)
 
 
-class MapSource:
+class MapSource(Asker):
     """Finds the points of the setting that is followed; ``show`` gets those that come later."""
 
     def __init__(self, host: TabHost, show: Callable[[MapPoints], None]) -> None:
-        self._host = host
+        super().__init__(host, _REST)
         self._show = show
         self._question: DiagramQuestion | None = None
         self._points = NOTHING
-        self._asker = Asker(host, _REST)
 
     def follow(self, setting: Setting) -> MapPoints:
         """The points of the setting that are known now; the rest comes later."""
         question = DiagramQuestion(setting.system, setting.reference, "rest", slider_range("eta", setting.system))
         if question != self._question:
-            self.cancel()
+            self.drop()
             self._question, self._points = question, NOTHING
         if self._points.share < 1 and setting.is_driven:  # a free vibration decays, whatever η is
             self._find(setting)
         return self._points
-
-    def cancel(self) -> None:
-        """The map is no longer seen: stop what is computed for it."""
-        self._asker.drop()
 
     def _find(self, setting: Setting) -> None:
         if is_shipped(setting):
@@ -96,8 +91,8 @@ class MapSource:
         known = RESULTS.get(self._question)
         if known is not None:
             self._points = _points_of(known)
-        if self._points.share < 1 and self._asker.job is None:
-            self._asker.ask(lambda: StudyJob(self._question, grow_diagram, on_loop(self._host, self._take)))
+        if self._points.share < 1 and self.job is None:
+            self.ask(lambda: StudyJob(self._question, grow_diagram, on_loop(self._host, self._take)))
 
     def _load(self, joint_damping: str) -> None:
         future, question = load_diagram(joint_damping), self._question

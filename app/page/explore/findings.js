@@ -1,7 +1,7 @@
 // The findings: the answer, bars for the parts of the difference, both motions; folded: the numbers, the evidence and the
 // cost. It sets textContent only.
 
-import { button, cueScroll, drawCard, element, emit, listen, setText } from "../shared/dom.js";
+import { button, cueScroll, drawCard, element, emit, listen, say, setText } from "../shared/dom.js";
 
 // Ends of the bars, on a logarithmic scale. At the right end the difference is as large as the motion itself.
 const LARGEST = 1;
@@ -100,8 +100,7 @@ function line(root, further, name, title) {
     if (name === "penalty" && content.solver) for (const head of heads) setText(head, `Penalty (${content.solver})`);
     kind.textContent = !code || first.includes(SAID[code]) ? first : `${first}: ${words}.`.replace(".:", ":");
     rest.textContent = others;
-    evidence.textContent = reason;
-    evidence.hidden = !reason;
+    say(evidence, reason);
   };
 }
 
@@ -149,8 +148,7 @@ function bar(root) {
   return ({ bars = [], note: text, headline }) => {
     rows.replaceChildren(...bars.map((each) => barRow(...each)));
     scale.hidden = !bars.length;
-    note.textContent = headline === undefined ? "computing …" : text;
-    note.hidden = !note.textContent;
+    say(note, headline === undefined ? "computing …" : text);
   };
 }
 

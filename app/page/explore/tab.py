@@ -170,8 +170,8 @@ class Explore(TabView):
         """Compute and draw."""
         self._visible = True
         self._fresh |= move.fresh
-        self._explainer.cancel()
-        self._judge.cancel()
+        self._explainer.drop()
+        self._judge.drop()
         self._measured.cancel()
         self._follow(move.setting)
         self._push_shipped(move)
@@ -193,15 +193,15 @@ class Explore(TabView):
     def hide(self) -> None:
         """Another tab was opened: what is still computed will not be drawn."""
         self._visible = False
-        self._judge.cancel()
+        self._judge.drop()
         self._suggester.cancel()
         self._coexisting.hide()
-        self._map.cancel()
+        self._map.drop()
 
     def close(self) -> None:
         """The session has ended."""
         for part in (self._map, self._explainer, self._judge, self._pinned):
-            part.cancel()
+            part.drop()
         for part in (self._queue, self._measured, *self._followers):
             part.close()
 

@@ -1,6 +1,6 @@
 // The take-away menu. All files come from the server, on request.
 
-import { button, element, inPage, listen, preferences } from "../shared/dom.js";
+import { button, element, fileField, inPage, labelled, listen, preferences } from "../shared/dom.js";
 
 const LARGEST_FILE = 65_536; // bytes
 const PARTS = /[^]{1,1900}/gu; // the server accepts no longer texts; `u`: no surrogate pair is cut
@@ -72,13 +72,6 @@ export function takeAwayMenu(model) {
 
 // The file is read here; the server checks its content, and accepts all of it or nothing.
 function loadButton(model, status) {
-  const field = element("input");
-  Object.assign(field, { type: "file", accept: ".toml", hidden: true });
-  field.addEventListener("change", () => {
-    const [file] = field.files;
-    field.value = "";
-    if (file) load(file);
-  });
   const load = async (file) => {
     if (file.size > LARGEST_FILE) {
       status.textContent = `This file is larger than ${LARGEST_FILE} bytes, so it is no parameter file.`;
@@ -90,6 +83,7 @@ function loadButton(model, status) {
     model.send_msg({ load: Object.fromEntries(parts.map((part, i) => [String(i), part])) });
     status.textContent = "";
   };
+  const field = fileField(load, ".toml");
   listen("load-parameters", ({ file }) => load(file)); // that is dropped on the page
   const open = button("Load", "Load parameters from a TOML file", () => field.click());
   return element("span", "load", [open, field]);
@@ -120,12 +114,10 @@ async function copyText(text, status) {
 function sizeFields() {
   const box = element("div", "item sizes");
   const field = (name, words, [low, high], usual, unit) => {
-    const label = element("label", "", `${words} `);
-    const input = element("input");
-    Object.assign(input, { type: "number", min: low, max: high, value: preferences.get(name) ?? usual, placeholder: "as shown" });
-    input.setAttribute("aria-label", `${words} in ${unit}`);
+    const numbers = { type: "number", min: low, max: high, value: preferences.get(name) ?? usual, placeholder: "as shown" };
+    const [input, label] = labelled(`${words} `, numbers, { "aria-label": `${words} in ${unit}` });
     input.addEventListener("change", () => preferences.set(name, input.value));
-    label.append(input, ` ${unit}`);
+    label.append(` ${unit}`);
     box.append(label);
     return input;
   };

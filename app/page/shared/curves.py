@@ -74,7 +74,7 @@ class Curve(NamedTuple):
     glyph : callable
         Makes the glyph.
     source : str
-        Its name.
+        Its name; that of one which nothing in the browser asks for begins with "_".
     look : mapping
         Properties of the glyph.
     hovered : bool
@@ -182,7 +182,10 @@ class Curves:
         self.ranges = {
             name: OwnedRange(axis.low, axis.high, headroom=axis.headroom) for name, axis in self.axes.items()
         }
-        self.sources = {name: empty_source(name, *columns) for name, columns in self._columns().items()}
+        self.sources = {
+            name: empty_source(None if name.startswith("_") else name, *columns)
+            for name, columns in self._columns().items()
+        }
         self.items: dict[tuple[str, str], LegendItem] = {}
         self.figures = {name: self._build(name, plot) for name, plot in self.plots.items()}
         self.units = {name: self._unit_axis(name) for name, axis in self.axes.items() if axis.quantity}

@@ -361,8 +361,8 @@ class PinnedCurves:
                 show_entry(item, number < self._pinned and name not in self._away)
 
 
-def empty_source(name: str, *columns: str) -> ColumnDataSource:
-    """A named source with these columns and no rows."""
+def empty_source(name: str | None, *columns: str) -> ColumnDataSource:
+    """A source with these columns and no rows."""
     return ColumnDataSource({column: np.empty(0, np.float32) for column in columns}, name=name)
 
 

@@ -202,7 +202,7 @@ _PLACE = {"x": "K", "y": "D"}
 
 def _plane(side: str) -> Plot:
     diverged = {"marker": "x", "size": 5, "line_color": INK, "line_width": 0.8}
-    pictures = [cells(f"plane_{side}_cells", classes.PALETTE), cells(f"plane_{side}_veil", _VEIL)]
+    pictures = [cells(f"plane_{side}_cells", classes.PALETTE), cells(f"_plane_{side}_veil", _VEIL)]
     equal = [
         curve(Line, "plane_curve", **_PLACE, line_color="#FFFFFF", line_width=4, line_alpha=0.8),
         curve(Line, "plane_curve", **_PLACE, line_color=BLUE, line_width=2, line_dash="dashed"),
@@ -277,7 +277,7 @@ class PlaneView(CellsView):
         if limit is not None:
             veil = np.repeat(classes.sudden_contacts(result, side, limit), _STRIPES, axis=1)
             veil[:, np.arange(veil.shape[1]) % _STRIPES != 1] = 0
-        write_cells(self.sources[f"plane_{side}_veil"], veil, *edges)
+        write_cells(self.sources[f"_plane_{side}_veil"], veil, *edges)
         row, column = np.nonzero(result.diverged(side) & result.known)
         diverged = {"K": result.question.axis("K")[column], "D": result.question.axis("D")[row]}
         self.write(f"plane_{side}_diverged", diverged)
@@ -371,7 +371,7 @@ class Plane(StudyView):
     def hide(self) -> None:
         """See `TabView.hide`."""
         super().hide()
-        self._explainer.cancel()
+        self._explainer.drop()
         self._marked = None
 
     def away(self, setting: Setting) -> dict[str, list[str]]:
