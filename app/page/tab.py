@@ -106,7 +106,7 @@ class TabView(ABC):
     def __init__(self, host: TabHost) -> None:
         self.host = host
         self.ranges: dict[str, OwnedRange] = {}  # of ``axes``, once it is built
-        self.muting = Muting({}, [])  # of ``legends``, once it is built
+        self.muting = Muting({}, {})  # of ``legends``, once it is built
 
     @abstractmethod
     def build(self) -> pn.viewable.Viewable:

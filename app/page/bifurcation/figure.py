@@ -155,7 +155,7 @@ class BifurcationView(Curves):
             self.ranges["eta"].put(*self._home, fresh=True)
 
     def fit_axes(self, setting: Setting) -> None:
-        """Let the axis cover what the slider does for the system of the setting."""
+        """See `Curves`: what the slider covers for the system."""
         if setting.system != self._system:
             self._system = setting.system
             self.ranges["eta"].put(*self._home)

@@ -126,10 +126,6 @@ class Bifurcation(StudyView):
             return
         self.ranges["eta"].restore(low, high)
 
-    def fit_axes(self, setting: Setting) -> None:
-        """Let the axis cover the range that the slider has for the system."""
-        self.view.fit_axes(setting)
-
     def obstacle(self, setting: Setting) -> str:
         """Why there is no diagram: free bodies have no frequency to sweep, and stay at rest.
 

@@ -23,6 +23,7 @@ from vibroscope.app.explorer.state import Setting, slider_range
 from vibroscope.app.page.asker import Asker
 from vibroscope.app.page.shared.figure import (
     BLUE,
+    SHADES,
     THEME,
     VERMILLION,
     add_glyph,
@@ -131,8 +132,6 @@ _ONE_POINT = 0.01  # of the axis: points as near as that are seen as one
 _ETA = slider_range("eta", System())
 _SYMBOL = {"xi1": "ξ₁", "xi2": "ξ₂"}
 _ROW = {"xi1": 0, "xi2": 1}
-# From transparent to blue; the more points fall on a pixel, the darker it is.
-_SHADES = ["#FFFFFF00"] + [f"#0072B2{alpha:02X}" for alpha in range(1, 256)]
 
 
 class EtaMapView:
@@ -326,7 +325,7 @@ def _picture_figure():
 def _rendered():
     axes = [hv.Dimension("eta", label="excitation frequency η = Ω/ω₁"), hv.Dimension("xi", label="ξ")]
     image = hv.Image(np.zeros((2, 2), np.uint8), bounds=(_ETA[0], -10, _ETA[1], 10), kdims=axes, vdims="shade").opts(
-        cmap=_SHADES,
+        cmap=SHADES,
         clim=(0, 255),
         responsive=True,
         min_height=100,

@@ -34,7 +34,7 @@ from vibroscope.app.page.explore.opened import OpenedMotion
 from vibroscope.app.page.explore.result import Findings, Interpretation, Result, prepare
 from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.page.files import style
-from vibroscope.app.page.shared.figure import PARTS, PIN_NAMES
+from vibroscope.app.page.shared.figure import PIN_NAMES
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.study.panel import number
 from vibroscope.app.page.tab import COMPUTING, Look, Move, TabHost, TabView
@@ -42,6 +42,8 @@ from vibroscope.app.page.updates import prepare_in_worker
 from vibroscope.engine import Units
 
 _GRID = "explore-grid"  # a class of `explore.css`
+# Entries of legends that come after those of pins.
+_LATER = dict.fromkeys(("phase1", "phase2"), ("measured", "branch")) | {"displacement": ("measured",), "force": ()}
 
 
 class Explore(TabView):
@@ -51,11 +53,7 @@ class Explore(TabView):
     title = "Explore"
     starts = motions = True
     axes = MotionView.spans() | dict.fromkeys(("eta", "section"), LINEAR)
-    legends = {  # noqa: RUF012 - read only
-        **dict.fromkeys(("phase1", "phase2"), ("reference", "penalty", *PIN_NAMES, "measured", "branch")),
-        "displacement": ("reference1", "reference2", "penalty1", "penalty2", *PARTS, *PIN_NAMES, "measured"),
-        "force": ("reference", "reference_impulses", "penalty", "penalty_impulses", *PIN_NAMES),
-    }
+    legends = {name: (*entries, *PIN_NAMES, *_LATER[name]) for name, entries in MotionView.legends().items()}  # noqa: RUF012
 
     chosen: ClassVar = {"phase": 0.0}  # at which a link may hold the motion
 
@@ -94,7 +92,7 @@ class Explore(TabView):
         self.ranges = self.motion.ranges | self.eta_map.ranges
         figures = [self.motion.figures[name] for name in ("phase1", "phase2", "displacement", "strip", "force")]
         figures.append(self.eta_map.figure)
-        self.muting = Muting(self.legends, figures)
+        self.muting = Muting(self.legends, self.motion.items)
         self.motion.on_legend = self.motion.pinned.on_legend = self.muting.watch
         self._points = MeasuredPoints(self.motion)
         self._measured.button.css_classes = [*self._measured.button.css_classes, "measurement-choice"]

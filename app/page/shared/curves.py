@@ -252,6 +252,9 @@ class Curves:
             words, quantity = others.get(name, self.axes[name][2:4])
             shown.show(*quantity_axis(setting, reword(words), quantity))
 
+    def fit_axes(self, setting: Setting) -> None:
+        """Let the axes cover what a setting needs that is shown next."""
+
     def changes_to(self, drawn: object) -> bool:
         """Whether this is not what was drawn before, such as another question: it is what is drawn now."""
         before, self._drawn = self._drawn, drawn

@@ -52,6 +52,9 @@ PIN_NAMES = ("pinned", *(f"pinned{number}" for number in range(2, len(PINS) + 1)
 
 _APART = 4  # px between the labels of two ticks at least; where there is less room, some ticks have none
 
+# A cloud of points as a picture, from transparent to blue: the more of them fall on a pixel, the darker it is.
+SHADES = ["#FFFFFF00", *(f"{BLUE}{alpha:02X}" for alpha in range(1, 256))]
+
 CLICK = "hide"  # what a click on a legend entry does to its curves; `muting.py` keeps it
 
 BARE = {"tools": "", "active_drag": None, "toolbar_location": None}  # a figure that is no place to zoom

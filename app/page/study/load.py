@@ -14,7 +14,7 @@ from vibroscope.app.explorer.measured import LARGEST_FILE
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import load_command, load_python
-from vibroscope.app.page.shared.component import Upload
+from vibroscope.app.page.shared.component import Upload, too_large
 from vibroscope.app.page.shared.curves import Axis, Curves, Plot, curve
 from vibroscope.app.page.shared.figure import INK, SOLUTIONS, SUBSCRIPTS, VIOLET, symbols
 from vibroscope.app.page.shared.muting import show_entry
@@ -267,12 +267,8 @@ class LoadTab(StudyView):
     # -- the file -----------------------------------------------------------------
 
     def _begin(self, name: str, size: float) -> None:
-        self._record, self._refused = None, ""
-        if size > LARGEST_FILE:
-            self._refused = (
-                f"The file has {size / 2**20:.1f} MiB, and the page takes {LARGEST_FILE // 2**20}: give fewer samples "
-                "or fewer digits; `vibroscope transient` takes 16 MiB."
-            )
+        self._record = None
+        self._refused = too_large(size, "samples or fewer digits", "vibroscope transient")
         self.panel.file = name
         self._choose(self.panel.chosen | {"kind": "record"})
 

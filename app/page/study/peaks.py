@@ -121,6 +121,7 @@ class Peaks(StudyView):
     grow = staticmethod(grow_peaks)
     drawn, place, listed = SpectrumView, "tall", "Largest values of both solutions"
     quantities = PEAKS
+    python, command = staticmethod(peaks_python), staticmethod(peaks_command)
     chosen = {"quantity": "displacement1"}  # noqa: RUF012 - read only
     pictures = (
         Figure("peaks", "Peaks", "Largest values of both solutions.", drawn=False),
@@ -223,14 +224,6 @@ class Peaks(StudyView):
     def _moving(self, names: Iterable[str]) -> list[str]:
         """Without those of body 2 at a wall."""
         return [name for name in names if self._result_setting.bodies != "wall" or not name.endswith("2")]
-
-    def python(self, setting: Setting) -> str:
-        """A script that finds the peaks."""
-        return peaks_python(setting)
-
-    def command(self, setting: Setting) -> str:
-        """``vibroscope peaks``."""
-        return peaks_command(setting)
 
 
 def _over(setting: Setting) -> str:

@@ -230,7 +230,7 @@ class PlaneView(CellsView):
         self.limits = dict(_USUAL)  # of the axes
 
     def fit_axes(self, setting: Setting) -> None:
-        """Let the axes reach as far as the setting: beyond the sliders' ranges by whole decades."""
+        """See `Curves`: beyond the sliders' ranges by whole decades."""
         for name in _USUAL:
             self.limits[name] = widened(slider_range(name, setting.system), getattr(setting, name))
             self.ranges[name].put(*self.limits[name])
@@ -325,10 +325,6 @@ class Plane(StudyView):
             "limits": [limit | {"when": {"quantity": "contact"}}],
             "hint": "A click sets K and D; so do their sliders, which the arrow keys move.",
         }
-
-    def fit_axes(self, setting: Setting) -> None:
-        """Widen the axes so that K and D beyond the usual range are in view."""
-        self.view.fit_axes(setting)
 
     def obstacle(self, setting: Setting) -> str:
         """Why there is no study: nothing drives the bodies, or the engine has no study of the method."""

@@ -13,6 +13,7 @@ import panel as pn
 from bokeh.events import RangesUpdate, Tap
 from vibroscope.app.explorer.field_units import shown_content
 from vibroscope.app.explorer.link import View
+from vibroscope.app.explorer.method_words import words_of_method
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure
 from vibroscope.app.export.tables import columns_in_units
@@ -25,6 +26,7 @@ from vibroscope.app.page.study.listed import ListedSearches, ListPanel
 from vibroscope.app.page.study.panel import StudyPanel
 from vibroscope.app.page.tab import COMPUTING, Move, TabHost, TabView
 from vibroscope.app.studies.study_job import RESULTS, Grow, PartialResult
+from vibroscope.engine import written
 from vibroscope.engine.facts import Statement, message_of, sentence
 
 
@@ -105,9 +107,6 @@ class StudyView(TabView):
         """The choices of each switch, and the numbers, that the panel hides for the system."""
         return {}
 
-    def fit_axes(self, setting: Setting) -> None:
-        """Let the axes cover what the setting needs."""
-
     def take_over(self, name: str, x: float, y: float) -> None:
         """Set what a click in one of the ``tapped`` figures means."""
 
@@ -115,7 +114,7 @@ class StudyView(TabView):
         """Figures and panel in the grid of `studies.css`; a list below them has room there while it is visible."""
         self.view = self.drawn()
         self.ranges, figures = self.view.ranges, self.view.figures
-        self.muting = Muting(self.legends, figures.values())
+        self.muting = Muting(self.legends, self.view.items)
         self.list = ListPanel(label=self.listed, visible=False) if self.listed else None
         if self.searched is not None:
             self.searches = self.searched(self.host, self.view, self._push)
@@ -154,7 +153,7 @@ class StudyView(TabView):
         self._visible = True
         self._move = move
         with pn.io.hold(self.host.doc):  # both ends of a range at once
-            self.fit_axes(move.setting)
+            self.view.fit_axes(move.setting)
             if move.fresh:
                 self.unzoom()
         self.refresh()
@@ -324,6 +323,16 @@ class StudyView(TabView):
         if self._visible:
             self.study.stop(on)
             self._push()
+
+
+def method_lines(question, of_each: str) -> list[list[str]]:
+    """Head and text: the method of a study over steps, and its stiffness where that follows them."""
+    words, scale = words_of_method(question.method), question.stiffness_of_step
+    lines = [["Penalty solution", f"{words}."]] if words else []
+    if scale is None:
+        return lines
+    text = f"K = {written(scale)} m/Δτ² follows the step: each n has a K of its own, and {of_each}."
+    return [*lines, ["Stiffness", text]]
 
 
 def free_obstacle(setting: Setting, shown: str, why: str = "begins at rest, where nothing moves") -> str:

@@ -6,17 +6,17 @@ from dataclasses import replace
 import numpy as np
 from bokeh.models import Line, Scatter
 from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.method_words import STEP_NAMES, brief_name, words_of_method
+from vibroscope.app.explorer.method_words import STEP_NAMES, brief_name
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import initial_option, method_python, scheme_options, sweep_command, sweep_python
 from vibroscope.app.page.shared.curves import AWAITED, Axis, Curves, Plot, curve
 from vibroscope.app.page.shared.figure import GREEN, VERMILLION, cursor_line
 from vibroscope.app.page.shared.seen import say
-from vibroscope.app.page.study.tab import StudyView, engine_obstacle, free_obstacle
+from vibroscope.app.page.study.tab import StudyView, engine_obstacle, free_obstacle, method_lines
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.time_step import SAMPLE, STEPS, TRANSIENT, PartialStep, StepQuestion, grow_step
-from vibroscope.engine import STATUSES, Status, percent, written
+from vibroscope.engine import STATUSES, Status, percent
 from vibroscope.engine.facts import Amount, Statement, Symbol, joined, stated
 from vibroscope.engine.sweeps import SCHEMES
 
@@ -166,12 +166,7 @@ class TimeStep(StudyView):
 
     def describe(self, setting: Setting, result: PartialStep) -> list[list[str]]:
         """The study, the n that is shown, and how blur and error fade, in words."""
-        words = words_of_method(result.question.method)
-        lines = [["Penalty solution", f"{words}."]] if words else []
-        if (scale := result.question.stiffness_of_step) is not None:
-            text = f"K = {written(scale)} m/Δτ² follows the step: each n has a K of its own, and is another model."
-            lines.append(["Stiffness", text])
-        return [*lines, *statements(setting, result)]
+        return [*method_lines(result.question, "is another model"), *statements(setting, result)]
 
     def table(self, name: str) -> list[Series]:
         """Orbit and section of the n that is shown, or a size over n."""

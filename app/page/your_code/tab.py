@@ -15,7 +15,6 @@ from vibroscope.app.explorer.method_words import name_of_method, words_of_method
 from vibroscope.app.explorer.present import WINDOW, present
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
-from vibroscope.app.export.scripts import as_command
 from vibroscope.app.export.tables import column_title
 from vibroscope.app.page.shared.curves import Axis, Curve, Curves, Plot, curve
 from vibroscope.app.page.shared.figure import BLUE, SOLUTIONS, SUBSCRIPTS, VERMILLION, label_of, time_label
@@ -277,10 +276,6 @@ class YourCode(StudyView):
     def data(self) -> dict[str, object]:
         """The results so far; sentences, too, in the units that are shown."""
         return shown_content(super().data(), self._move.setting.scale)
-
-    def command(self, setting: Setting) -> str:
-        """The commands of the setting."""
-        return as_command(setting)
 
 
 def _typed(name: str) -> dict[str, object]:
