@@ -92,6 +92,11 @@ def on_loop(host: TabHost, take: Callable[[Job, object], None]) -> Callable[[Job
     return deliver
 
 
+def number(name: str, label: str, bounds: tuple[float, float], *, whole: bool = False, **more) -> dict[str, object]:
+    """A number of `TabView.spec`: name, symbol, bounds, and ``more`` of what `StudyPanel.spec` says."""
+    return {"name": name, "label": label, "low": bounds[0], "high": bounds[1], "whole": whole, **more}
+
+
 class TabView(ABC):
     """One view of a tab, of one session."""
 

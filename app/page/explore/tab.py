@@ -36,8 +36,7 @@ from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.figure import PIN_NAMES
 from vibroscope.app.page.shared.muting import Muting
-from vibroscope.app.page.study.panel import number
-from vibroscope.app.page.tab import COMPUTING, Look, Move, TabHost, TabView
+from vibroscope.app.page.tab import COMPUTING, Look, Move, TabHost, TabView, number
 from vibroscope.app.page.updates import prepare_in_worker
 from vibroscope.engine import Units
 

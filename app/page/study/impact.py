@@ -24,8 +24,8 @@ from vibroscope.app.page.shared.curves import Axis, Curve, Curves, Plot, curve
 from vibroscope.app.page.shared.figure import GREEN, INK, VERMILLION, VIOLET, legend_above, quantity_axis
 from vibroscope.app.page.shared.seen import amount, largest
 from vibroscope.app.page.study.listed import ListPanel, cell, row
-from vibroscope.app.page.study.panel import number
 from vibroscope.app.page.study.tab import StudyView, refusal
+from vibroscope.app.page.tab import number
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.one_impact import STEPS, ImpactQuestion, PartialImpact, Run, grow_impact
 from vibroscope.engine import counted, percent, written

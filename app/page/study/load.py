@@ -19,9 +19,9 @@ from vibroscope.app.page.shared.curves import Axis, Curves, Plot, curve
 from vibroscope.app.page.shared.figure import INK, SOLUTIONS, SUBSCRIPTS, VIOLET, symbols
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.seen import amount, largest, of_both
-from vibroscope.app.page.study.panel import number
 from vibroscope.app.page.study.peaks import peak_table
 from vibroscope.app.page.study.tab import StudyView, refusal
+from vibroscope.app.page.tab import number
 from vibroscope.app.studies.load import COLUMNS, RATIOS, LoadQuestion, PartialRuns, Pulse, RecordFile, grow_load
 from vibroscope.app.studies.peaks import SOLVERS
 from vibroscope.engine.facts import Statement, sentence, stated

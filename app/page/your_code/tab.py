@@ -19,9 +19,8 @@ from vibroscope.app.export.tables import column_title
 from vibroscope.app.page.shared.curves import Axis, Curve, Curves, Plot, curve
 from vibroscope.app.page.shared.figure import BLUE, SOLUTIONS, SUBSCRIPTS, VERMILLION, label_of, time_label
 from vibroscope.app.page.shared.seen import amplitude, apart, of_both, say
-from vibroscope.app.page.study.panel import number
 from vibroscope.app.page.study.tab import StudyView
-from vibroscope.app.page.tab import Move
+from vibroscope.app.page.tab import Move, number
 from vibroscope.app.page.your_code import words
 from vibroscope.app.page.your_code.rules import RulesTable, rows_of
 from vibroscope.app.runtime.number_text import sizes
