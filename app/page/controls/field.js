@@ -3,10 +3,7 @@
 import { element, say } from "../shared/dom.js";
 
 export function input(type, id, name) {
-  const made = element("input", "", "", { "aria-label": name });
-  made.type = type;
-  made.id = id;
-  return made;
+  return element("input", "", "", { "aria-label": name, type, id });
 }
 
 // Why a number or a choice was refused, below it.
@@ -28,8 +25,7 @@ const SHORT = 8; // digits that each field has room for
 // The field of a typed value, with the reason if it was refused.
 export function typedField(number, link, place) {
   const typed = input("text", `vibroscope-${number.name}-typed`, `${number.label}: ${number.hint}, typed`);
-  typed.inputMode = "decimal";
-  typed.autocomplete = "off";
+  Object.assign(typed, { inputMode: "decimal", autocomplete: "off" });
   const refusal = refusalOf(number.name);
   const unit = element("span", "unit");
   let accepted = ""; // in the numbers of the model

@@ -25,8 +25,7 @@ export function scenes({ scenes: list, shelf }, link) {
   const origin = element("small", "origin"); // of the published system that is shown
   published.after(origin);
   const make = (scene, act, place) => {
-    const made = button("", "", () => link.act({ [act]: scene.key }));
-    made.append(scene.title, element("small", "", scene.figure));
+    const made = button([scene.title, element("small", "", scene.figure)], "", () => link.act({ [act]: scene.key }));
     made.title = scene.tooltip;
     made.dataset.scene = scene.key;
     place.append(made);
@@ -162,9 +161,7 @@ export function numberRow(number, link) {
 }
 
 export function switchRow(choice, link) {
-  const legend = element("legend", "", choice.label);
-  legend.title = choice.doc;
-  const box = element("fieldset", "switch", [legend]);
+  const box = element("fieldset", "switch", [element("legend", "", choice.label, { title: choice.doc })]);
   const row = element("div", "row");
   const inputs = new Map();
   for (const [value, text] of Object.entries(choice.choices)) {
@@ -195,8 +192,7 @@ export function speedRow() {
 
 export function key() {
   const list = element("dl", "key", "", { "aria-label": "Key" });
-  const section = element("dt", "section", "●");
-  section.append(element("span", "", "◇"));
+  const section = element("dt", "section", ["●", element("span", "", "◇")]);
   list.append(
     element("dt", "reference"), element("dd", "", "reference: exact, impact law"),
     element("dt", "penalty"), element("dd", "", "penalty: spring, damper, time step"),

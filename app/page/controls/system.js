@@ -73,14 +73,13 @@ const sameForms = (one, other) => JSON.stringify(one.forms) === JSON.stringify(o
 // A number; one that has several forms has a choice of the unit, which the server keeps: it then shows the row of that form.
 function systemRow(number, link) {
   const row = numberRow(number, link);
-  const about = element("small", "about");
-  about.id = `vibroscope-${number.name}-about`;
+  const about = element("small", "about", "", { id: `vibroscope-${number.name}-about` });
   row.element.append(about);
   const field = row.element.querySelector("input");
   const made = { ...row, name: number.name, forms: number.forms, field };
   if (number.forms.length) {
-    made.form = element("select", "form", "", { "aria-label": `${number.hint}: its unit` });
-    made.form.append(...options(number.forms.map(({ name }) => [name, name])));
+    const units = options(number.forms.map(({ name }) => [name, name]));
+    made.form = element("select", "form", units, { "aria-label": `${number.hint}: its unit` });
     made.form.addEventListener("change", () => link.set(number.forms.find(({ name }) => name === made.form.value).set));
     row.element.querySelector("label").after(made.form);
     row.element.classList.add(number.name === "base" ? "worded-forms" : "two-forms");

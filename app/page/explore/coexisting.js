@@ -39,8 +39,8 @@ function fill(list, solvers) {
 }
 
 function motionRow({ name, share, text, why, starts, use, shown }) {
-  const made = button("", "", () => emit("set", use), "motion");
-  made.append(element("strong", "", name), element("span", "share", `${share} of starts`), element("small", "", text));
+  const words = [element("strong", "", name), element("span", "share", `${share} of starts`), element("small", "", text)];
+  const made = button(words, "", () => emit("set", use), "motion");
   made.setAttribute("aria-pressed", String(shown));
   const { zero_start, ...numbers } = use;
   made.dataset.start = Object.values(numbers).join(",");

@@ -7,11 +7,9 @@ const PARTS = /[^]{1,1900}/gu; // the server accepts no longer texts; `u`: no su
 
 export function takeAwayMenu(model) {
   const box = element("details", "take-away");
-  const head = element("summary", "", "Take away");
-  head.title = "Figures, data, parameters, script, link, report (T)";
+  const head = element("summary", "", "Take away", { title: "Figures, data, parameters, script, link, report (T)" });
   const panel = element("div", "menu");
-  const status = element("p", "status");
-  status.setAttribute("role", "status");
+  const status = element("p", "status", "", { role: "status" });
   const copying = new Set(); // requested files that are to be copied, not saved; the last request counts
   const ask = (what) => { copying.delete(what); model.send_msg({ take: what }); };
   const askDrawn = (what) => ask(`${what}?${size.read()}`);
@@ -112,7 +110,8 @@ async function copyText(text, status) {
 
 // Fields for the size of the pictures: empty ones mean as on the page.
 function sizeFields() {
-  const box = element("div", "item sizes");
+  const title = "A column of a journal is about 85 mm wide, a page 170 mm. Empty: as large as on the page.";
+  const box = element("div", "item sizes", [element("span", "", "Pictures")], { title });
   const field = (name, words, [low, high], usual, unit) => {
     const numbers = { type: "number", min: low, max: high, value: preferences.get(name) ?? usual, placeholder: "as shown" };
     const [input, label] = labelled(`${words} `, numbers, { "aria-label": `${words} in ${unit}` });
@@ -121,11 +120,9 @@ function sizeFields() {
     box.append(label);
     return input;
   };
-  box.append(element("span", "", "Pictures"));
   const width = field("picture-width", "Width", [20, 500], "", "mm");
   const height = field("picture-height", "Height", [20, 500], "", "mm");
   const dpi = field("picture-dpi", "PNG", [50, 1200], 300, "dpi");
-  box.title = "A column of a journal is about 85 mm wide, a page 170 mm. Empty: as large as on the page.";
   const read = () => new URLSearchParams({ // empty ones mean as on the page; the server checks them
     width: width.value, height: height.value, dpi: dpi.value, page: location.origin + location.pathname,
     dark: Number(document.documentElement.dataset.theme === "dark"), bodies: inPage("svg.moving")?.outlines() ?? "",

@@ -10,8 +10,7 @@ const AGREES = { agrees: "true", differs: "false", "shown by example": "example"
 export function render({ model }) {
   const { name, place, text, title } = model.claim;
   const verdict = element("strong", "verdict");
-  const heading = element("h3", "", name);
-  heading.append(element("small", "", place));
+  const heading = element("h3", "", [name, element("small", "", place)]);
   const head = element("header", "", [heading, verdict]);
   const found = element("p", "found");
   const why = element("p", "why");

@@ -53,23 +53,17 @@ function linked(text, url) {
 }
 
 function rowOf(row, reference, model) {
-  const made = element("tr", row.own ? "marked" : "");
   const from = element("small", "source", row.source && [linked(row.source, row.url)]);
   const words = [element("span", "", row.title), element("small", "", row.claim), from];
   const name = element("th", "", words, { scope: "row" });
   if (row.own) name.prepend(element("small", "mark", "of this code"));
   const gives = element("td", "gives", row.numbers.map((text) => element("span", "", text)));
   if (row.settable) gives.append(button("Set", `Set what “${row.title}” gives`, () => model.send_msg({ set: row.key })));
-  const motion = element("td", "motion");
-  if (row.path) motion.append(picture(row, reference));
-  motion.append(element("span", "", row.motion));
-  const off = element("td", "off", row.total);
-  const holds = element("td", "holds");
-  const mark = element("strong", "", HOLDS[row.holds]);
-  mark.dataset.holds = row.holds;
-  holds.append(mark, element("small", "", row.why));
-  made.append(name, gives, motion, off, holds);
-  return made;
+  const shown = row.path ? [picture(row, reference)] : [];
+  const motion = element("td", "motion", [...shown, element("span", "", row.motion)]);
+  const mark = element("strong", "", HOLDS[row.holds], { "data-holds": row.holds });
+  const holds = element("td", "holds", [mark, element("small", "", row.why)]);
+  return element("tr", row.own ? "marked" : "", [name, gives, motion, element("td", "off", row.total), holds]);
 }
 
 function picture(row, reference) {
