@@ -8,7 +8,7 @@ from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.branches import Branches, Place, opened, place_named, stretches, thinned
 from vibroscope.app.page.bifurcation.figure import BifurcationView
-from vibroscope.app.page.explore.opened import OpenedMotion
+from vibroscope.app.page.explore.other_motions import OpenedMotion
 from vibroscope.app.page.explore.tab import Explore
 from vibroscope.app.page.shared.seen import stability_words
 from vibroscope.app.studies import branches as study

@@ -9,7 +9,7 @@ from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page import asker
 from vibroscope.app.page.bifurcation.tab import Bifurcation
-from vibroscope.app.page.explore.coexisting import CoexistingMotions
+from vibroscope.app.page.explore.other_motions import CoexistingMotions
 from vibroscope.app.page.study import tab as study
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.take_away import file_writer, offered_figures

@@ -9,7 +9,7 @@ from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page import asker
 from vibroscope.app.page.explore import coexisting
-from vibroscope.app.page.explore.coexisting import CoexistingMotions
+from vibroscope.app.page.explore.other_motions import CoexistingMotions
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.studies.coexisting import Coexisting, CoexistingQuestion, coexisting_content, search_coexisting
 from vibroscope.engine.motions.search import STARTS

@@ -21,6 +21,7 @@ from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.shipped import is_shipped, load_diagram
 from vibroscope.app.explorer.state import Setting, slider_range
 from vibroscope.app.page.asker import Asker
+from vibroscope.app.page.shared.curves import write_cells
 from vibroscope.app.page.shared.figure import (
     BLUE,
     SHADES,
@@ -278,13 +279,7 @@ class EtaMapView:
         self._show_scenes()
         x, y = self._view
         picture = raster(self._points.eta, self._values, x, y, *self._pixels())
-        self.picture.data = {
-            "image": [picture],
-            "x": [x[0]],
-            "y": [y[0]],
-            "dw": [x[1] - x[0]],
-            "dh": [y[1] - y[0]],
-        }
+        write_cells(self.picture, picture, x, y)
 
     def _pixels(self) -> tuple[int, int]:
         """The size of the frame; a picture of another size would lose points or be blurred."""

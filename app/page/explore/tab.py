@@ -21,7 +21,6 @@ from vibroscope.app.export.drawing import Drawing
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.page.explore.alone import AloneView
-from vibroscope.app.page.explore.coexisting import CoexistingMotions
 from vibroscope.app.page.explore.column_sender import ColumnSender
 from vibroscope.app.page.explore.comparison import PinComparison, PinnedResults
 from vibroscope.app.page.explore.drawn import DrawnFigures
@@ -30,7 +29,7 @@ from vibroscope.app.page.explore.explainer import Explainer, MotionJudge
 from vibroscope.app.page.explore.figures import MotionView
 from vibroscope.app.page.explore.measurement import MeasuredPoints, Overlay
 from vibroscope.app.page.explore.mechanism import Mechanism
-from vibroscope.app.page.explore.opened import OpenedMotion
+from vibroscope.app.page.explore.other_motions import CoexistingMotions, OpenedMotion
 from vibroscope.app.page.explore.result import Findings, Interpretation, Result, prepare
 from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.page.files import style
