@@ -92,6 +92,11 @@ def on_loop(host: TabHost, take: Callable[[Job, object], None]) -> Callable[[Job
     return deliver
 
 
+def number(name: str, label: str, bounds: tuple[float, float], *, whole: bool = False, **more) -> dict[str, object]:
+    """A number of `TabView.spec`: name, symbol, bounds, and ``more`` of what `StudyPanel.spec` says."""
+    return {"name": name, "label": label, "low": bounds[0], "high": bounds[1], "whole": whole, **more}
+
+
 class TabView(ABC):
     """One view of a tab, of one session."""
 
@@ -106,7 +111,7 @@ class TabView(ABC):
     def __init__(self, host: TabHost) -> None:
         self.host = host
         self.ranges: dict[str, OwnedRange] = {}  # of ``axes``, once it is built
-        self.muting = Muting({}, [])  # of ``legends``, once it is built
+        self.muting = Muting({}, {})  # of ``legends``, once it is built
 
     @abstractmethod
     def build(self) -> pn.viewable.Viewable:

@@ -10,11 +10,11 @@ from vibroscope.app.page.explore.tab import Explore
 from vibroscope.app.page.files import style
 from vibroscope.app.page.help.tab import Help
 from vibroscope.app.page.paper.tab import Paper
-from vibroscope.app.page.plane.tab import Plane
 from vibroscope.app.page.study.basin import Basins
 from vibroscope.app.page.study.impact import OneImpact
 from vibroscope.app.page.study.load import LoadTab
 from vibroscope.app.page.study.peaks import Peaks
+from vibroscope.app.page.study.plane import Plane
 from vibroscope.app.page.study.speed import Speed
 from vibroscope.app.page.study.time_step import TimeStep
 from vibroscope.app.page.tab import TabHost, TabView

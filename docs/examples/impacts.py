@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
-import panel as pn
 from bokeh.models import Scatter
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
@@ -79,14 +78,8 @@ class Impacts(StudyView):
     key = "impacts"
     title = "Impacts"
     grow = staticmethod(grow_impacts)
-    chosen = {}  # noqa: RUF012 - nothing to choose
-    axes = ImpactView.spans()
+    drawn = ImpactView
     pictures = (Figure("impacts", "Impacts", "Closing speed of each impact over its instant in the period."),)
-
-    def build(self) -> pn.viewable.Viewable:
-        """The figure, the panel."""
-        self.view = ImpactView()
-        return self.lay_out(self.stretch(self.view.figures["impacts"]))
 
     @classmethod
     def spec(cls) -> dict:

@@ -98,7 +98,7 @@ def test_words_say_where_both_differ_and_what_the_start_leads_to(small):
 
 def test_a_click_starts_explore_there(opened):  # noqa: F811
     tab, host = opened(Basins)
-    tab.view.on_tap(Tap(None, x=1.23456, y=-2.0))
+    tab.on_tap(Tap(None, x=1.23456, y=-2.0))
     expected = {"zero_start": "zero", "start_xi1": "0", "start_v1": "0", "start_xi2": "1.235", "start_v2": "-2"}
     assert host.visits == [("explore", expected, None)]
 
@@ -165,7 +165,7 @@ def test_a_plane_may_be_of_the_start_phase_and_a_number(opened):  # noqa: F811
     assert (asked.axes, asked.x, asked.start) == (("phase", "v2"), (0.0, 1.0), (0, 4, 0, 0))
     assert tab.view.ranges["start_x"].ends == (0.0, 1.0)
     assert asked.y == tab.view.ranges["start_y"].ends != (0.0, 1.0)
-    tab.view.on_tap(Tap(None, x=0.25, y=-2.0))
+    tab.on_tap(Tap(None, x=0.25, y=-2.0))
     _, texts, _ = host.visits.pop()
     assert float(texts["base_phase"]) == pytest.approx(6.0 + np.pi / 2 - 2 * np.pi)
     assert (texts["start_v1"], texts["start_v2"]) == ("4", "-2")

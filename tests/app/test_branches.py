@@ -7,9 +7,9 @@ from vibroscope.app.explorer.link import parse_address, print_address, print_cho
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.branches import Branches, Place, opened, place_named, stretches, thinned
-from vibroscope.app.page.explore.opened import OpenedMotion
+from vibroscope.app.page.bifurcation.figure import BifurcationView
+from vibroscope.app.page.explore.other_motions import OpenedMotion
 from vibroscope.app.page.explore.tab import Explore
-from vibroscope.app.page.shared.figure import make_figure
 from vibroscope.app.page.shared.seen import stability_words
 from vibroscope.app.studies import branches as study
 from vibroscope.app.studies.branches import BranchesQuestion, grow_branches, matched, why_none
@@ -46,8 +46,10 @@ def grown():
 @pytest.fixture
 def shown(grown):
     """The branches of a tab in a figure of 2 × 4 units over 400 × 400 pixels, with their host."""
-    plot = make_figure("", "", "", x_range=(1.3, 1.5), y_range=(-4, 4))
-    made = Branches(host := FakeHost(), plot, lambda: None)
+    figures = BifurcationView()
+    figures.ranges["eta"].put(1.3, 1.5)
+    figures.ranges["value"].put(-4, 4)
+    made = Branches(host := FakeHost(), figures, lambda: None)
     made.ask({})
     made.studies["reference"].result = grown[-1]
     made.draw(SETTING, "eta", "xi2", [])

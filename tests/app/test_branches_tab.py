@@ -9,7 +9,7 @@ from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page import asker
 from vibroscope.app.page.bifurcation.tab import Bifurcation
-from vibroscope.app.page.explore.coexisting import CoexistingMotions
+from vibroscope.app.page.explore.other_motions import CoexistingMotions
 from vibroscope.app.page.study import tab as study
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.take_away import file_writer, offered_figures
@@ -54,36 +54,36 @@ def choose(tab, **wanted):
 
 
 def notes(tab):
-    return " ".join(tab.branches.view.status["notes"])
+    return " ".join(tab.searches.view.status["notes"])
 
 
 def test_the_reference_stands_first_whichever_search_is_the_quicker(opened):
     tab, _ = opened("branches:both;count:20")
     for search in sorted(searches(), key=lambda each: isinstance(each.question.method, Reference)):
         search.run(1)
-    assert tab.branches.view.status["text"].startswith("Reference: ")
-    solvers = [row["cells"][-1]["text"] for row in tab.branches.view.near["rows"]]
+    assert tab.searches.view.status["text"].startswith("Reference: ")
+    solvers = [row["cells"][-1]["text"] for row in tab.searches.view.near["rows"]]
     assert solvers == sorted(solvers, reverse=True)
     assert set(solvers) == {"reference", "exact penalty"}
-    assert list(tab.branches.results) == ["reference", "penalty"]
+    assert list(tab.searches.results) == ["reference", "penalty"]
 
 
 def test_nothing_is_searched_for_while_branches_are_off_and_all_ends_when_they_are(opened):
     tab, _ = opened("count:20")
     assert searches() == []
-    assert not tab.branches.view.visible
+    assert not tab.searches.view.visible
     choose(tab, branches="on")
     (search,) = searches()
     assert search.question.span == (1.3, 1.5)
-    assert tab.branches.view.visible
+    assert tab.searches.view.visible
     assert tab.view_texts()["choice"] == "branches:on;count:20"
     search.run(1)
-    assert len(tab.branches.lines.lines["reference", "stable"].data["eta"]) > 10
+    assert len(tab.view.sources["branches_reference_stable"].data["eta"]) > 10
     choose(tab, branches="off")
     assert search.cancelled
-    assert not tab.branches.view.visible
-    assert len(tab.branches.lines.lines["reference", "stable"].data["eta"]) == 0
-    assert len(tab.branches.lines.points["reference"].data["eta"]) == 0
+    assert not tab.searches.view.visible
+    assert len(tab.view.sources["branches_reference_stable"].data["eta"]) == 0
+    assert len(tab.view.sources["branch_points_reference"].data["eta"]) == 0
 
 
 def test_the_axis_covers_the_branches_that_no_run_ends_on(opened):
@@ -91,7 +91,7 @@ def test_the_axis_covers_the_branches_that_no_run_ends_on(opened):
     next(each for each in Asked.all if each.grow is grow_diagram).run()
     searches()[0].run()
     low, high = tab.view.ranges["value"].ends
-    sections = [branch.sections[..., 2] for branch in tab.branches.results["reference"].branches]
+    sections = [branch.sections[..., 2] for branch in tab.searches.results["reference"].branches]
     assert low < min(map(np.min, sections))
     assert high > max(map(np.max, sections))
 
@@ -111,13 +111,13 @@ def test_a_search_follows_the_question_and_not_the_line(opened):
 def test_another_range_keeps_what_is_drawn_until_its_first_branch_comes(opened):
     tab, _ = opened("branches:on")
     searches()[0].run(1)
-    drawn = len(tab.branches.lines.lines["reference", "stable"].data["eta"])
+    drawn = len(tab.view.sources["branches_reference_stable"].data["eta"])
     choose(tab, **{"from": "1.31"})
     assert len(searches()) == 2
-    assert len(tab.branches.lines.lines["reference", "stable"].data["eta"]) == drawn
-    assert "searching" in tab.branches.view.status["text"]
+    assert len(tab.view.sources["branches_reference_stable"].data["eta"]) == drawn
+    assert "searching" in tab.searches.view.status["text"]
     tab.show(Move(2, SETTING._replace(kappa=2.4)))
-    assert len(tab.branches.lines.lines["reference", "stable"].data["eta"]) == 0
+    assert len(tab.view.sources["branches_reference_stable"].data["eta"]) == 0
 
 
 def test_both_solvers_are_searched_and_the_exact_penalty_stands_for_newmark(opened):
@@ -125,7 +125,7 @@ def test_both_solvers_are_searched_and_the_exact_penalty_stands_for_newmark(open
     assert [each.question.method for each in searches()] == [Reference(), ExactPenalty(12000.0, 18.0)]
     assert "The exact penalty stands for Newmark T/2000" in notes(tab)
     choose(tab, branches="on", solver="exact")
-    assert not tab.branches.view.status["notes"]
+    assert not tab.searches.view.status["notes"]
     choose(tab, solver="newmark")
     assert "stands for Newmark" in notes(tab)
 
@@ -142,21 +142,21 @@ def test_a_number_that_a_solver_does_not_have_is_said(opened, choice, count, why
     tab, _ = opened(choice)
     assert len(searches()) == count
     assert why in notes(tab)
-    assert tab.branches.view.visible
+    assert tab.searches.view.visible
 
 
 def test_a_search_is_stopped_and_goes_on_and_a_failure_is_said(opened):
     tab, _ = opened("branches:on")
-    send(tab.branches.view, {"stop": True})
+    send(tab.searches.view, {"stop": True})
     assert searches()[0].cancelled
-    assert tab.branches.view.status["text"] == "stopped"
+    assert tab.searches.view.status["text"] == "stopped"
     tab.refresh()
     assert len(searches()) == 1
-    send(tab.branches.view, {"stop": False})
+    send(tab.searches.view, {"stop": False})
     searches()[1].run(1)
     searches()[1].deliver(searches()[1], ValueError("a reason"))
     assert "Reference: the search ended early (a reason)" in notes(tab)
-    assert "1 branch" in tab.branches.view.status["text"]
+    assert "1 branch" in tab.searches.view.status["text"]
 
 
 @pytest.mark.filterwarnings("ignore:Consolidated metadata")
@@ -168,7 +168,7 @@ def test_the_branches_are_listed_said_and_taken_away(opened, tmp_path, capsys):
     tab.hide()
     tab.show(Move(2, SETTING))
     assert len(searches()) == 1  # all is known
-    near = tab.branches.view.near
+    near = tab.searches.view.near
     assert near["title"] == "Motions of the branches near η = 1.42"
     assert [row["cells"][0]["text"] for row in near["rows"]] == ["unstable, period 1", "stable, period 2"]
     assert "Branches of the reference: 2 branches" in tab.summary(SETTING)

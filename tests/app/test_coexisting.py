@@ -8,8 +8,8 @@ from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page import asker
-from vibroscope.app.page.explore import coexisting
-from vibroscope.app.page.explore.coexisting import CoexistingMotions
+from vibroscope.app.page.explore import other_motions
+from vibroscope.app.page.explore.other_motions import CoexistingMotions
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.studies.coexisting import Coexisting, CoexistingQuestion, coexisting_content, search_coexisting
 from vibroscope.engine.motions.search import STARTS
@@ -73,7 +73,7 @@ def test_nothing_is_computed_until_asked_for_and_another_setting_closes_the_list
         yield Coexisting(question, 1, result.found)
         yield Coexisting(question, STARTS, result.found)
 
-    monkeypatch.setattr(coexisting, "search_coexisting", search)
+    monkeypatch.setattr(other_motions, "search_coexisting", search)
     monkeypatch.setattr(asker, "RESULTS", Cache(2))
     host = QueueingHost()
     found = CoexistingMotions(host)
@@ -102,7 +102,7 @@ def test_a_search_that_is_stopped_keeps_its_list_and_one_that_is_left_ends(resul
         while not cancelled():
             yield Coexisting(question, 2, result.found)
 
-    monkeypatch.setattr(coexisting, "search_coexisting", search)
+    monkeypatch.setattr(other_motions, "search_coexisting", search)
     host = QueueingHost()
     found = CoexistingMotions(host)
     found.follow(SETTING._replace(K=13000.0))  # whose motions no other test has kept

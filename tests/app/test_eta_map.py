@@ -10,9 +10,8 @@ from bokeh.models import Label
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.shipped import is_shipped, load_diagram
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.asker import Asker
 from vibroscope.app.page.explore import eta_map
-from vibroscope.app.page.explore.eta_map import NOTHING, EtaMapView, MapPoints
+from vibroscope.app.page.explore.eta_map import NOTHING, EtaMapView, MapPoints, MapSource
 from vibroscope.app.page.explore.figures import MotionView
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import VIEWS
@@ -26,24 +25,19 @@ OTHER = Setting(eta=2.0, kappa=2.4)
 TITLE = "Reference over frequency (click sets it)"
 
 
-class MapAsker(Asker):
-    """That of the map: the explanations of the same page wait."""
-
-
 class Document(bokeh.document.Document):
     """Calls at once what the map asks after a rest, if a test says so."""
 
     waits = False
 
     def add_timeout_callback(self, callback, _):
-        if not self.waits and isinstance(callback.func.__self__, MapAsker):
+        if not self.waits and isinstance(callback.func.__self__, MapSource):
             callback()
 
 
 @pytest.fixture
 def explore(monkeypatch):
     """Explore without a browser, and a function that shows a setting there; diagrams have few values of η."""
-    monkeypatch.setattr(eta_map, "Asker", MapAsker)
     monkeypatch.setattr(eta_map, "DiagramQuestion", partial(DiagramQuestion, count=16, transient=200))
     tab = VIEWS["explore"](QueueingHost(doc=Document()))
     tab.build()

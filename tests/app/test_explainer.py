@@ -57,7 +57,7 @@ def test_an_explanation_that_takes_for_ever_keeps_neither_another_session_waitin
     Explainer(other, lambda: True, shown.append).follow(NEXT)
     other.catch_up()
     assert shown == ["of 1.1"]
-    explainer.cancel()  # the page computes the next setting
+    explainer.drop()  # the page computes the next setting
     explainer.follow(LAST)
     host.catch_up()
     assert shown == ["of 1.1", "of 1.2"]

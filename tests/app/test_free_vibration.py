@@ -11,9 +11,9 @@ from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.shelf import shelf
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.tab import Bifurcation
-from vibroscope.app.page.plane.tab import Plane
 from vibroscope.app.page.shared.figure import time_label
 from vibroscope.app.page.study.basin import Basins
+from vibroscope.app.page.study.plane import Plane
 from vibroscope.app.page.study.speed import Speed
 from vibroscope.app.page.study.time_step import TimeStep
 from vibroscope.app.page.tab import Move
@@ -44,12 +44,12 @@ def test_a_study_says_why_it_has_nothing_to_show_and_computes_nothing(opened, ki
     ((head, text),) = tab.panel.statements
     assert (head, WORDS[kind] in text, text.count(".")) == ("Nothing to show", True, 1)
     assert tab.summary(free) == host.summary == text
-    assert not any(cell.object.visible for cell in tab.cells)
+    assert not any(plot.visible for plot in tab.view.figures.values())
     assert tab.figures() == []
     assert tab.panel.status == {}
     tab.show(Move(3, Setting()))
     assert len(Asked.all) == 2
-    assert {cell.object.visible for cell in tab.cells} == {True}
+    assert {plot.visible for plot in tab.view.figures.values()} == {True}
     assert tab.panel.statements == []
 
 

@@ -163,16 +163,16 @@ def shown():
 def test_a_button_takes_the_step_to_explore_and_a_click_sets_it(shown):
     tab, host = shown()
     offers = offers_of(tab.result, SETTING)
-    cells = [row["cells"] for row in tab.list.near["rows"]]
+    cells = [row["cells"] for row in tab.offers.near["rows"]]
     assert [each[0]["open"] for each in cells] == [*offers]
     assert cells[0][0]["text"] == "Take this step over"
     assert cells[0][1]["text"] == f"time step Δτ = T/{offers['steps']['steps']}"
     for name in (*offers, "mass", None, ["steps"]):
-        send(tab.list, {"open": name})
+        send(tab.offers, {"open": name})
     assert [visit[:2] for visit in host.visits] == [("explore", texts) for texts in offers.values()]
     band = tab.view.figures["impact_band"]
-    tab.view.on_tap(Tap(band, x=2.0 * tab.result.impact.steps_per_contact))
-    tab.view.on_tap(Tap(band, x=None))
+    tab.on_tap(Tap(band, x=2.0 * tab.result.impact.steps_per_contact, y=0.5))
+    tab.on_tap(Tap(band, x=None, y=0.5))
     assert host.settings == [{"steps": "1000"}]
 
 
@@ -186,7 +186,7 @@ def test_the_figures_and_the_table_are_those_of_the_result(shown):
     assert tab.view.sources["impact_here"].data["mean"][0] == pytest.approx(found.mean)
     np.testing.assert_allclose(tab.view.sources["impact_over_steps"].data["steps"], STEPS, rtol=1e-6)
     assert tab.view.ranges["restitution"].ends[1] <= 2.0  # also where most steps blow up
-    rows = tab.list.points["rows"]
+    rows = tab.offers.points["rows"]
     (mine,) = [row for row in rows if row["mark"]]
     assert [cell["text"] for cell in mine["cells"][:2]] == ["Newmark", "start of the step"]
     assert len(rows) == len(tab.result.schemes)
@@ -212,7 +212,7 @@ def test_a_permitted_penetration_offers_the_k_for_it_which_is_set_here(setting):
     tab.panel.chosen = tab.panel.chosen | {"depth": 0.01, "speed": 1.0}
     RESULTS.put(result.question, result)
     tab.show(Move(1, setting))
-    send(tab.list, {"open": "contact"})
+    send(tab.offers, {"open": "contact"})
     tab.close()
     assert (host.settings, host.visits) == ([texts], [])
 
@@ -239,10 +239,10 @@ def test_the_forces_of_the_best_and_the_worst_touch_and_without_a_step_are_drawn
 
 def test_a_row_of_the_table_sets_its_integrator_and_contact_status(shown):
     tab, host = shown()
-    rows = {row["cells"][0].get("open"): row["cells"] for row in tab.list.points["rows"]}
+    rows = {row["cells"][0].get("open"): row["cells"] for row in tab.offers.points["rows"]}
     assert [cell["text"] for cell in rows["bathe located"][:2]] == ["Bathe", "step cut at contact"]
     for name in ("bathe end", "bathe located", "nothing"):
-        send(tab.list, {"open": name})
+        send(tab.offers, {"open": name})
     assert host.settings == [
         {"integrator": "bathe", "status": "end", "located": "no"},
         {"integrator": "bathe", "status": "start", "located": "yes"},

@@ -8,8 +8,8 @@ from vibroscope.app.explorer.method_words import brief_name
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import speed_python
-from vibroscope.app.page.plane.tab import Plane
 from vibroscope.app.page.study import time_step as step_tab
+from vibroscope.app.page.study.plane import Plane
 from vibroscope.app.page.study.speed import Speed, SpeedView
 from vibroscope.app.page.study.speed import statements as speed_statements
 from vibroscope.app.page.study.time_step import TimeStep, TimeStepView, statements
@@ -62,7 +62,7 @@ def test_the_time_step_study_is_of_what_is_set_and_its_command_makes_the_same_nu
 
 
 def test_the_time_step_is_titled_and_described_by_what_is_set(few):
-    result, view = step_result(HHT_END), TimeStepView(print)
+    result, view = step_result(HHT_END), TimeStepView()
     view.update(HHT_END, result)
     assert view.figures["step_phase_fixed"].title.text.startswith(
         "T/200, constant step, HHT-α, status at the end, η = 2.76"
@@ -81,7 +81,7 @@ def test_a_study_of_another_law_has_fixed_and_located_steps(few):
     result = step_result(HERTZ)
     assert result.schemes == ("fixed", "located")
     assert result.share == 1
-    view = TimeStepView(print)
+    view = TimeStepView()
     view.update(HERTZ, result)
     phases = [plot for name, plot in view.figures.items() if "phase" in name]
     assert all("Hunt–Crossley" in phase.title.text for phase in phases)

@@ -91,10 +91,11 @@ def test_a_diagram_is_judged_after_it_is_complete_and_goes_on_where_it_was(scatt
 
 
 def test_an_artefact_is_drawn_otherwise_than_chaos(scattered_diagram):
-    view = BifurcationView(lambda eta: None, lambda: None)
+    view = BifurcationView()
     result = scattered_diagram[-1]
     view.update(SCATTERED, result, "xi2", None)
-    chaos, artefact = (set(source.data["eta"].tolist()) for source in (view.points["penalty"], view.artefacts))
+    drawn = (view.sources[f"bifurcation_{name}"] for name in ("penalty", "artefacts"))
+    chaos, artefact = (set(source.data["eta"].tolist()) for source in drawn)
     at = result.question.axis.astype(np.float32)
     assert artefact == set(at[result.kinds["kind"] == CellKind.ARTEFACT].tolist())
     assert float(at[0]) in chaos - artefact

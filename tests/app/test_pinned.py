@@ -12,6 +12,7 @@ from vibroscope.app.explorer.link import MOST_PINS, print_address, read_pins
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Series
 from vibroscope.app.export.tables import table_in_units
+from vibroscope.app.page.explore import comparison
 from vibroscope.app.page.explore.comparison import PinComparison, PinnedResults
 from vibroscope.app.page.explore.result import prepare
 from vibroscope.app.page.shared.figure import PINS
@@ -44,9 +45,13 @@ class Jobs(list):
 class Case:
     """Pinned results, their jobs, and how often they have been drawn."""
 
+    put = None  # replaces a function of the module
+
     def __init__(self, *pinned, cached=lambda _: None):
         self.host, self.drawn, self.jobs, self.explained = FakeHost(pinned), 0, Jobs(), Jobs()
-        self.pinned = PinnedResults(self.host, self.draw, self.jobs, self.explained, cached)
+        for name, stands in (("begin_runs", self.jobs), ("begin_explanation", self.explained), ("cached_runs", cached)):
+            self.put(comparison, name, stands)
+        self.pinned = PinnedResults(self.host, self.draw)
 
     def draw(self):
         self.drawn += 1
@@ -54,6 +59,12 @@ class Case:
     @property
     def there(self):
         return [result is not None for _, result in self.pinned.results]
+
+
+@pytest.fixture(autouse=True)
+def patched(monkeypatch):
+    """A case stands in for the computations."""
+    monkeypatch.setattr(Case, "put", staticmethod(monkeypatch.setattr))
 
 
 def test_pinned_settings_are_computed_once_and_one_after_the_other():
@@ -103,7 +114,7 @@ def test_computations_end_with_the_page():
     case.jobs.answer(prepare(compute_runs(PINNED)))
     case.host.pinned = (PINNED, OTHER)
     case.pinned.follow(SETTING)
-    case.pinned.cancel()
+    case.pinned.drop()
     assert [job.cancelled for job in (case.jobs[-1], case.explained[-1])] == [True, True]
 
 

@@ -7,9 +7,7 @@ import pytest
 from vibroscope.app.explorer.link import View
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page import asker
-from vibroscope.app.page.plane.curves import PlaneCurves
-from vibroscope.app.page.plane.tab import Plane
-from vibroscope.app.page.shared.figure import legend, make_figure
+from vibroscope.app.page.study.plane import Plane, PlaneCurves, PlaneView
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import plane_curves as study
 from vibroscope.app.studies.plane_curves import CurvesQuestion, PartialCurves, grow_curves
@@ -52,10 +50,8 @@ def shown(monkeypatch):
     """The curves in two figures, with their host."""
     monkeypatch.setattr(asker, "StudyJob", Job)
     monkeypatch.setattr(asker.RESULTS, "get", lambda question: None)
-    plots = [make_figure("", "", "", x_range=(1, 2), y_range=(1, 2)) for _ in range(2)]
-    for plot in plots:
-        plot.add_layout(legend([]))
-    return PlaneCurves(host := FakeHost(), plots, lambda: None), plots, host
+    figures = PlaneView()
+    return PlaneCurves(host := FakeHost(), figures, lambda: None), figures, host
 
 
 def test_each_point_of_a_branch_lies_on_a_curve_that_is_followed_once(monkeypatch):
@@ -87,18 +83,18 @@ def test_points_that_cannot_be_followed_are_counted(monkeypatch):
 
 
 def test_curves_are_drawn_over_both_planes_and_listed(shown):
-    made, plots, host = shown
+    made, figures, host = shown
     made.ask(QUESTION)
     Job.last.deliver(Job.last, PartialCurves(QUESTION, CURVES, 0.5))
     made.draw(["A note."], Setting())
     assert made.view.visible
     assert made.view.status["running"]
     assert made.view.status["text"] == "Exact penalty: 2 curves: 1 of folds, 1 of grazing; searching …"
-    np.testing.assert_array_equal(made.lines["fold"].data["K"][:3], [3000, 5000, 9000])
-    for plot in plots:
-        items = {item.label.value: item.visible for item in plot.legend[0].items}
+    np.testing.assert_array_equal(figures.sources["plane_curves_fold"].data["K"][:3], [3000, 5000, 9000])
+    for plot in figures.figures.values():
+        items = {item.label.value: item.visible for item in plot.legend[0].items[2:]}
         assert items == {"folds": True, "period doublings": False, "grazing": True, "contacts that open": False}
-    assert made.meetings.data["other"] == ["cusp"]
+    assert figures.sources["plane_curves_meetings"].data["other"] == ["cusp"]
     first = made.view.points["rows"][0]
     assert [cell["text"] for cell in first["cells"]] == ["fold", "1", "3000 to 9000", "17 to 20", "cusp"]
     send(made.view, {"open": first["cells"][0]["open"]})
@@ -145,11 +141,11 @@ def test_the_switch_of_the_tab_asks_for_the_curves_of_what_is_in_view(monkeypatc
     tab = Plane(FakeHost())
     tab.build()
     tab.show(Move(1, Setting(eta=2.76)))
-    assert not tab.curves.view.visible
+    assert not tab.searches.view.visible
     tab.restore(View(choice={"curves": "on"}))
     tab.refresh()
-    assert Job.last.question == CurvesQuestion(System(), 2.76, **tab.view.spans)
-    assert tab.curves.view.visible
+    assert Job.last.question == CurvesQuestion(System(), 2.76, **tab.view.in_view)
+    assert tab.searches.view.visible
     assert tab.view_texts()["choice"] == "curves:on"
     tab.hide()
     assert Job.last.cancelled

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page import asker
-from vibroscope.app.page.plane.tab import Plane, statements
+from vibroscope.app.page.study.plane import Plane, statements
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies import plane
@@ -87,7 +87,7 @@ def test_the_colour_is_offered_where_a_step_may_have_no_solution_and_the_counts_
     Waiting.last.deliver(Waiting.last, small)
     assert tab.panel.key_title == "Steps without a solution"
     assert "10 to 99" in [text for _, text, _ in tab.panel.key]
-    assert tab.view.figures["penalty"].title.text.partition(": ")[2].startswith("steps without a solution ")
+    assert tab.view.figures["plane_penalty"].title.text.partition(": ")[2].startswith("steps without a solution ")
     (series,) = tab.table("plane_penalty")
     assert (series.columns["steps_without_solution"] == small.tables["penalty"]["steps_without_solution"].ravel()).all()
     assert "steps_without_solution" in tab.data()["penalty"]

@@ -15,7 +15,7 @@ from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.export.scripts import as_command, as_python
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.controls.controls import Controls
-from vibroscope.app.page.plane.tab import Plane
+from vibroscope.app.page.study.plane import Plane
 from vibroscope.engine import (
     CONTACT_LAWS,
     HHT,

@@ -105,7 +105,7 @@ def test_the_study_over_the_step_takes_the_stiffness_of_each():
 def test_the_figures_over_the_step_name_the_stiffness_of_the_steps_that_are_shown(monkeypatch):
     monkeypatch.setattr(time_step, "STEPS", (200, 400))
     result = list(grow_step(TimeStep.question(None, FOLLOWS), None, lambda: False))[-1]
-    view = TimeStepView(lambda steps: None)
+    view = TimeStepView()
     for steps in ("200", "400"):
         shown = read_setting({"steps": steps}, FOLLOWS)
         view.update(shown, result)

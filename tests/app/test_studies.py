@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.plane.tab import statements
+from vibroscope.app.page.study.plane import statements
 from vibroscope.app.studies import bifurcation, plane, time_step
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.bifurcation import DiagramQuestion, grow_diagram

@@ -7,9 +7,9 @@ from bokeh.events import Tap
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page import asker
 from vibroscope.app.page.bifurcation.tab import Bifurcation
-from vibroscope.app.page.plane.tab import Plane
 from vibroscope.app.page.study import tab as study
 from vibroscope.app.page.study.basin import Basins
+from vibroscope.app.page.study.plane import Plane
 from vibroscope.app.page.study.speed import Speed
 from vibroscope.app.page.study.time_step import TimeStep
 from vibroscope.app.page.tab import Move
@@ -132,7 +132,7 @@ def test_a_forged_choice_changes_nothing(opened, asked):
 
 def test_a_click_sets_what_can_be_set(opened):
     tab, host = opened(Plane)
-    tab.view.on_tap(Tap(None, x=1e9, y=5.432))
+    tab.on_tap(Tap(None, x=1e9, y=5.432))
     assert host.settings == [{"K": "100000", "D": "5.43"}]
-    tab.view.on_tap(Tap(None, x=float("nan"), y=5.432))
+    tab.on_tap(Tap(None, x=float("nan"), y=5.432))
     assert len(host.settings) == 1

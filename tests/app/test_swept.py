@@ -70,7 +70,7 @@ def test_any_number_is_swept_by_a_solver_that_has_it_and_moving_it_asks_nothing(
     assert question.study().cells == len(question.axis)  # the engine takes it
     moved = SETTING._replace(**{over: {"eta": 2.0, "restitution": 0.7}.get(over, 3000)})
     assert tab.question(moved) == question
-    tab.view.on_tap(Tap(None, x=1234.56789))
+    tab.on_tap(Tap(None, x=1234.56789, y=0.5))
     assert [*tab.host.settings[-1]] == [over]
 
 
@@ -116,14 +116,14 @@ def test_while_the_solvers_are_compiled_the_shipped_diagram_is_shown(tab, monkey
     diagram = shipped.load_diagram("table").result()
     monkeypatch.setattr(shipped.compilation, "progress", CompileProgress(0.2, "reference"))
     tab.show(Move(2, SETTING))
-    drawn = tab.view.points["reference"].data
+    drawn = tab.view.sources["bifurcation_reference"].data
     assert tab.view.figure.title.text.startswith("Shipped result: ")
     assert set(drawn["eta"]) == set(diagram.eta.astype(np.float32))
     assert np.isin(drawn["value"], diagram.displacement[1]).all()
     choose(tab, coordinate="v2")  # which is not shipped
-    assert not len(tab.view.points["reference"].data["eta"])
+    assert not len(tab.view.sources["bifurcation_reference"].data["eta"])
     choose(tab, coordinate="xi1")
-    assert np.isin(tab.view.points["reference"].data["value"], diagram.displacement[0]).all()
+    assert np.isin(tab.view.sources["bifurcation_reference"].data["value"], diagram.displacement[0]).all()
     choose(tab, direction="up")
-    assert not len(tab.view.points["reference"].data["eta"])
+    assert not len(tab.view.sources["bifurcation_reference"].data["eta"])
     assert tab.view.figure.title.text == "Being computed …"

@@ -24,7 +24,7 @@ def test_the_script_of_a_bifurcation_diagram_finds_its_points(filled, capsys):  
 
 def test_the_script_of_a_plane_finds_its_cells(filled, monkeypatch, capsys):  # noqa: F811
     tab = filled("plane")
-    monkeypatch.setattr("vibroscope.app.page.plane.tab.COUNT", 6)
+    monkeypatch.setattr("vibroscope.app.page.study.plane.COUNT", 6)
     monkeypatch.setattr(plane, "COUNT", 6)
     space = {}
     exec(tab.python(SETTING), space)
@@ -82,7 +82,7 @@ def test_the_script_of_the_paper_checks_the_claims(monkeypatch, capsys):
 @pytest.mark.parametrize("key", ["bifurcation", "plane", "basin", "step"])
 def test_the_commands_of_a_study_are_understood_and_make_it(filled, key, tmp_path, monkeypatch, capsys):  # noqa: F811
     tab = filled(key)  # before the cells become few: what a study has found is remembered without their number
-    monkeypatch.setattr("vibroscope.app.page.plane.tab.COUNT", 3)
+    monkeypatch.setattr("vibroscope.app.page.study.plane.COUNT", 3)
     monkeypatch.setattr(plane, "COUNT", 3)
     monkeypatch.setattr(basin, "COUNT", 3)
     monkeypatch.setattr("vibroscope.app.page.study.time_step.STEPS", (500, 1000))

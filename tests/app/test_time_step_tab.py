@@ -44,7 +44,7 @@ def test_a_cycle_of_two_periods_that_repeats_exactly_has_no_blur():
 
 
 def test_where_motions_do_not_keep_step_words_and_figure_say_why_there_is_no_number():
-    result, view = result_of(APART), TimeStepView(lambda steps: None)
+    result, view = result_of(APART), TimeStepView()
     said = dict(statements(APART, result))
     why = "no number, since the motions do not keep step"
     assert said["Error by the time step, observed order"].count(why) == 2

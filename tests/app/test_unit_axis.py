@@ -7,9 +7,9 @@ from vibroscope.app.export.formats import Series
 from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.bifurcation.figure import BifurcationView
-from vibroscope.app.page.plane.tab import PlaneView
 from vibroscope.app.page.shared.figure import make_figure
 from vibroscope.app.page.shared.ranges import OwnedRange, UnitAxis
+from vibroscope.app.page.study.plane import PlaneView
 from vibroscope.app.page.study.time_step import TimeStepView
 from vibroscope.engine import Units
 
@@ -43,17 +43,17 @@ def test_the_second_range_follows_what_the_page_does():
     ("make", "draw", "expected"),
     [
         (
-            lambda: BifurcationView(None, None),
+            BifurcationView,
             lambda view, setting: view.update(setting, None, "xi2", None),
             ["frequency f / Hz, base displacement 2.5 mm held", "displacement x₂ once a period / mm"],
         ),
         (
-            lambda: PlaneView(None, None),
+            PlaneView,
             lambda view, setting: view.update(setting, None, "period", None, float("nan")),
             ["contact stiffness K / (N/mm)", "contact damper 2D / (N·s/mm)"],
         ),
         (
-            lambda: TimeStepView(None),
+            TimeStepView,
             lambda view, setting: view.update(setting, None),
             ["displacement x₂ / mm", "velocity x₂′ / (mm/s)"],
         ),
@@ -61,8 +61,7 @@ def test_the_second_range_follows_what_the_page_does():
 )
 def test_the_axes_of_studies_are_in_the_units_that_are_shown(make, draw, expected):
     view = make()
-    drawn = view.figures if hasattr(view, "figures") else view.figure
-    plot = next(iter(drawn.values())) if isinstance(drawn, dict) else drawn
+    plot = next(iter(view.figures.values()))
     for setting, labels in ((PLAIN, None), (PHYSICAL, expected), (PLAIN, None)):
         draw(view, setting)
         found = [plot.xaxis[0].axis_label, plot.yaxis[0].axis_label]

@@ -70,8 +70,8 @@ def test_words_tables_and_json_of_a_study_have_units(filled, key):  # noqa: F811
 def test_hover_and_data_of_a_diagram_follow_the_units(filled):  # noqa: F811
     tab = filled("bifurcation")
     physical = SETTING._replace(units="mm-t-s", omega1=20.0, amplitude=2.0)
-    plain, source = tab.data(), tab.view.points["penalty"]
-    source = source if len(source.data["eta"]) else tab.view.points["reference"]
+    plain, source = tab.data(), tab.view.sources["bifurcation_penalty"]
+    source = source if len(source.data["eta"]) else tab.view.sources["bifurcation_reference"]
     assert "shown_eta" not in source.data
     assert tab.view.hover.tooltips[0][1] == "@eta"
     tab.show(Move(2, physical))
@@ -109,7 +109,7 @@ def test_a_diagram_over_any_number_has_units(choice):
     tab.restore(type(tab).read_view("", f"{choice};count:4;transient:20", ""))
     tab.show(Move(1, PHYSICAL))
     searched = "branches" in choice
-    tab.host.catch_up_until(lambda: any(each.branches for each in tab.branches.results.values()) or not searched)
+    tab.host.catch_up_until(lambda: any(each.branches for each in tab.searches.results.values()) or not searched)
     tab.host.catch_up_until(lambda: tab.host.summary or (searched and tab.figures()))
     tab.hide()
     check(tab)
@@ -140,10 +140,10 @@ def test_rules_have_units_in_the_page_and_in_files_also_without_a_number():
     check_words(" ".join(rows[0]["numbers"]))
     tab = VIEWS["code"](QueueingHost())
     tab.build()
-    tab.show(Move(1, PHYSICAL))
-    tab.hide()
     both = (judged(SETTING.penalty), judged(None))
     tab.study.result = PartialCode(question_of(PHYSICAL), compute_runs(SETTING), "", both)
+    tab.show(Move(1, PHYSICAL))
+    tab.hide()
     found, none = tab.data()["rules"].values()
     assert found["K [N/mm]"] == pytest.approx(SCALE.physical("stiffness", SETTING.K))
     assert none["K [N/mm]"] is None

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.panel import kind_text
-from vibroscope.app.page.plane.tab import statements as plane_statements
+from vibroscope.app.page.study.plane import statements as plane_statements
 from vibroscope.app.page.study.time_step import statements as step_statements
 from vibroscope.app.studies import bifurcation, plane, time_step
 from vibroscope.engine import (

@@ -8,13 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 from bokeh.core.property.descriptors import UnsetValueError
-from bokeh.models import HoverTool, Line, Scatter
-from bokeh.plotting import figure
 from vibroscope.app.explorer.closed_orbit import ClosedOrbit
 from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.shared.figure import BLUE, INK, VERMILLION, add_glyph, empty_source, write
+from vibroscope.app.page.bifurcation.figure import DASHES, BifurcationView
+from vibroscope.app.page.shared.figure import write
 from vibroscope.app.page.shared.seen import multiplier_words, orbit_words, point_multiplier, stability_words
 from vibroscope.app.page.study.listed import ListedSearches, cell, row
 from vibroscope.app.page.tab import TabHost
@@ -22,12 +21,6 @@ from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.branches import BIFURCATIONS, BranchesQuestion, PartialBranches, grow_branches, matched
 from vibroscope.engine import COORDINATES, POINT_KINDS, Branch, Point
 
-_LOOKS = {
-    "reference": {"line_color": BLUE, "line_width": 2.4},
-    "penalty": {"line_color": VERMILLION, "line_width": 1.5},
-}
-_DASHES = {"stable": "solid", "unstable": [5, 4]}
-_POINT_COLUMNS = ("eta", "value", "marker", "size", "kind", "where", "period", "multiplier")
 _RESOLUTION = 5e-4  # of the picture's width or height: a line is drawn as exactly
 _USUAL = (800, 450)  # px
 _NEAR_POINT, _NEAR_LINE = 9, 11  # px within which a tap means it
@@ -56,39 +49,13 @@ def place_named(text: object) -> Place | None:
 
 
 class BranchLines:
-    """The glyphs in the figure of the diagram."""
+    """The branches in the figure of the diagram."""
 
-    def __init__(self, plot: figure) -> None:
-        self._plot = plot
+    def __init__(self, figures: BifurcationView) -> None:
+        self._plot, self._sources = figures.figure, figures.sources
         self._drawn: tuple = ()
         self._results: Mapping[str, PartialBranches] = {}
         self._column = 0
-        self.lines = {
-            (solver, kind): empty_source(f"branches_{solver}_{kind}", "eta", "value")
-            for solver in _LOOKS
-            for kind in _DASHES
-        }
-        for (solver, kind), source in self.lines.items():
-            add_glyph(plot, Line(x="eta", y="value", line_dash=_DASHES[kind], **_LOOKS[solver]), source)
-        self.points = {solver: empty_source(f"branch_points_{solver}", *_POINT_COLUMNS) for solver in _LOOKS}
-        marks = [
-            add_glyph(
-                plot,
-                Scatter(
-                    x="eta",
-                    y="value",
-                    marker="marker",
-                    size="size",
-                    fill_color="#FFFFFF",
-                    line_color=INK if solver == "reference" else _LOOKS[solver]["line_color"],
-                    line_width=1.3,
-                ),
-                source,
-            )
-            for solver, source in self.points.items()
-        ]
-        rows = [("point", "@kind"), ("at", "@where"), ("period", "@period"), ("multiplier", "@multiplier")]
-        plot.add_tools(HoverTool(renderers=marks, tooltips=rows))
 
     def update(self, results: Mapping[str, PartialBranches], coordinate: str, field: ShownField) -> None:
         """Draw the branches of each solver, with values as ``field`` shows the number that varies."""
@@ -97,17 +64,20 @@ class BranchLines:
             return
         self._drawn = branches, coordinate, field
         self._results, self._column = dict(results), COORDINATES.index(coordinate)
-        for (solver, kind), source in self.lines.items():
+        for solver in NAMES:
             branches = results[solver].branches if solver in results else ()
-            write(source, _line_columns(branches, self._column, stable=kind == "stable"))
-        for solver, source in self.points.items():
-            columns = _point_columns(results[solver], self._column, field) if solver in results else {}
-            source.data = {name: columns.get(name, []) for name in _POINT_COLUMNS}
+            for kind in DASHES:
+                source = self._sources[f"branches_{solver}_{kind}"]
+                write(source, _line_columns(branches, self._column, stable=kind == "stable"))
+            columns, source = {}, self._sources[f"branch_points_{solver}"]
+            if solver in results:
+                columns = _point_columns(results[solver], self._column, field)
+            source.data = {name: columns.get(name, []) for name in source.data}
 
     @property
     def values(self) -> list[np.ndarray]:
         """The values of the coordinate that are drawn."""
-        return [source.data["value"] for source in self.lines.values()]
+        return [source.data["value"] for name, source in self._sources.items() if name.startswith("branches_")]
 
     def at(self, x: float, y: float) -> Place | None:
         """The point or the orbit that a tap at (x, y) means; None if it is near neither."""
@@ -226,23 +196,15 @@ NAMES = {"reference": "reference", "penalty": "exact penalty"}
 
 
 class Branches(ListedSearches):
-    """One search for each solver whose branches are shown.
+    """One search for each solver whose branches are shown."""
 
-    Parameters
-    ----------
-    host : TabHost
-    plot : figure
-        The diagram.
-    on_result : callable
-        Called when a search has found more.
-    """
+    names = NAMES
+    grow = staticmethod(grow_branches)
+    switch, head, kept = "branches", "Branches of the {}", "branches"
 
-    switch = "branches"
-    head = "Branches of the {}"
-
-    def __init__(self, host: TabHost, plot: figure, on_result: Callable[[], None]) -> None:
-        super().__init__(host, NAMES, grow_branches, on_result)
-        self.lines = BranchLines(plot)
+    def __init__(self, host: TabHost, figures: BifurcationView, on_result: Callable[[], None]) -> None:
+        super().__init__(host, figures, on_result)
+        self.lines = BranchLines(figures)
         self._setting: Setting | None = None
 
     def ask(self, questions: Mapping[str, BranchesQuestion]) -> None:

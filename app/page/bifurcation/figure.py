@@ -4,36 +4,34 @@ A few thousand points are drawn as points: at the same sharpness a picture of th
 The cursor is an overlay, which is repainted without the points below it.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 import numpy as np
-from bokeh.events import RangesUpdate, Tap
-from bokeh.models import ColumnDataSource, Range1d
+from bokeh.models import ColumnDataSource, HoverTool, Line, Quad, Range1d, Scatter
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.method_words import CUT, name_of_method
 from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting, slider_range
 from vibroscope.app.page.bifurcation.panel import SWEPT, motion_at, nearest_cell, shares
+from vibroscope.app.page.shared.curves import AWAITED, Axis, Curves, Plot, curve
 from vibroscope.app.page.shared.figure import (
     BARE,
     BLUE,
     GREY,
     INK,
     VERMILLION,
-    axes_of,
+    add_glyph,
     cursor_line,
     divisor,
-    empty_source,
     eta_axis,
-    hover_tool,
     label_on,
     make_figure,
     quantity_axis,
     scene_line,
     write,
 )
-from vibroscope.app.page.shared.ranges import OwnedRange, UnitAxis
+from vibroscope.app.page.shared.ranges import UnitAxis
 from vibroscope.app.page.shared.seen import say
 from vibroscope.app.studies.bifurcation import MOST_BESIDE, MOST_POINTS, SAMPLE, PartialDiagram, kind_names, points_of
 from vibroscope.app.studies.cell_classes import KINDS, PERIODS, period_class
@@ -61,58 +59,71 @@ _KIND_HATCHES = {
 _PLAIN = (" ", "")
 _DIRECTION = {"rest": "from rest", "own": "from an own start", "up": "upwards", "down": "downwards"}
 _STRIP = "Kinds of motion"
-_AWAITED = "Being computed …"
 _SHIPPED = "Shipped result: Reference from rest, until the solvers are compiled"
 _ETA_LABEL = "excitation frequency η = Ω/ω₁"
 _SHOWN = ("shown_eta", "shown_value")  # columns of the hover with units; the others are those of the model
 _COLOURS = {"reference": BLUE, "penalty": VERMILLION}
 
 
-class BifurcationView:
+_DOTS = {"x": "eta", "y": "value", "hovered": True}
+_LINES = {
+    "reference": {"line_color": BLUE, "line_width": 2.4},
+    "penalty": {"line_color": VERMILLION, "line_width": 1.5},
+}
+DASHES = {"stable": "solid", "unstable": [5, 4]}  # of branches
+_POINT = ("kind", "where", "period", "multiplier")  # columns of a point of a branch for its hover
+_REPEATS = "repeats, but for the blur by the step, after so many periods (0: not, or not judged)"
+
+
+def _cloud() -> Plot:
+    """Points of the diagram and of another one in grey; over them branches of each solver, and their points."""
+    square = {"marker": "square", "size": 2.2, "line_color": None}
+    hollow = {"marker": "circle", "size": 4.2, "fill_color": None, "line_color": VERMILLION, "line_alpha": 0.45}
+    colours = {"other": GREY} | _COLOURS
+    drawn = [curve(Scatter, f"bifurcation_{n}", fill_color=each, **square, **_DOTS) for n, each in colours.items()]
+    drawn.append(curve(Scatter, "bifurcation_artefacts", **hollow, **_DOTS))
+    drawn += [
+        curve(Line, f"branches_{solver}_{kind}", x="eta", y="value", line_dash=dash, **look)
+        for solver, look in _LINES.items()
+        for kind, dash in DASHES.items()
+    ]
+    inks = _COLOURS | {"reference": INK}
+    mark = {"x": "eta", "y": "value", "marker": "marker", "size": "size", "fill_color": "#FFFFFF", "line_width": 1.3}
+    drawn += [curve(Scatter, f"branch_points_{solver}", line_color=inks[solver], **mark) for solver in _COLOURS]
+    tips = {"η": "@eta", "value": "@value", _REPEATS: "@period"}
+    return Plot(AWAITED, "eta", "value", {"": ("", drawn)}, tips, {"limit": 1})
+
+
+class BifurcationView(Curves):
     """Two figures over the same number, η at first; their range and columns keep that name."""
 
-    def __init__(self, on_value: Callable[[float], None], on_zoom: Callable[[], None]) -> None:
-        self._on_value = on_value
-        self.on_motion: Callable[[float, float], bool] = lambda x, y: False  # whether a tap opened a motion
+    axes = {  # noqa: RUF012 - read only
+        "eta": Axis(*slider_range("eta", System()), _ETA_LABEL),
+        "value": Axis(-10, 10, COORDINATES["xi2"], "displacement"),
+    }
+    plots = {"bifurcation": _cloud()}  # noqa: RUF012 - read only
+    beside = {f"branch_points_{solver}": ("marker", "size", *_POINT) for solver in _COLOURS}  # noqa: RUF012
+
+    def __init__(self) -> None:
         self.over = "eta"
         self._system = System()
-        self.ranges = {"eta": OwnedRange(*self._home), "value": OwnedRange(-10, 10)}
-        self._drawn: tuple[str, str, str] | None = None  # solver, coordinate, swept number
-        columns = ("eta", "value", "period")
-        self.points = {solver: empty_source(f"bifurcation_{solver}", *columns) for solver in _COLOURS}
-        self.artefacts = empty_source("bifurcation_artefacts", *columns)
-        self.other = empty_source("bifurcation_other", *columns)
+        super().__init__()
+        self.figure = self.figures["bifurcation"]
         self.strip_source = ColumnDataSource(
             {name: [] for name in ("left", "right", "colour", "hatch", "period", "kind")}, name="bifurcation_periods"
         )
-        self.figure = self._cloud()
-        self.strip = self._strip()
-        self._axes = (
-            UnitAxis(self.ranges["eta"], "x", self.figure, self.strip),
-            UnitAxis(self.ranges["value"], "y", self.figure),
-        )
-        self.strip.on_event(Tap, self.on_tap)
-        self.figure.on_event(Tap, self._on_tap_in_cloud)
-        self.figure.on_event(RangesUpdate, lambda event: on_zoom())
+        self.strip = self.figures["bifurcation_strip"] = self._strip()
+        self.units["eta"] = UnitAxis(self.ranges["eta"], "x", self.figure, self.strip)
+        self._add_marks()
 
-    def _cloud(self) -> figure:
-        words, axes = (_AWAITED, _ETA_LABEL, COORDINATES["xi2"]), axes_of(self.ranges, "eta", "value")
-        plot = make_figure(*words, name="bifurcation", **axes)
-        points = []
-        for source, colour in ((self.other, GREY), *((self.points[solver], _COLOURS[solver]) for solver in _COLOURS)):
-            glyph = {"marker": "square", "size": 2.2, "fill_color": colour, "line_color": None}
-            points.append(plot.scatter("eta", "value", source=source, **glyph))
-        self._cloud_points = points.copy()
-        hollow = {"marker": "circle", "size": 4.2, "fill_color": None, "line_color": VERMILLION, "line_alpha": 0.45}
-        points.append(plot.scatter("eta", "value", source=self.artefacts, **hollow))
-        rows = {
-            "η": "@eta",
-            "value": "@value",
-            "repeats, but for the blur by the step, after so many periods (0: not, or not judged)": "@period",
-        }
-        self.hover = hover_tool(points, rows, limit=1)
+    def _add_marks(self) -> None:
+        plot = self.figure
+        self.hover = plot.hover[0]
         self.hover.formatters |= dict.fromkeys((f"@{name}" for name in _SHOWN), "printf")
-        plot.add_tools(self.hover)
+        of_points = [part for part in plot.renderers if part.data_source.name.startswith("branch_points_")]
+        heads = ("point", "at", "period", "multiplier")
+        rows = [(head, f"@{name}") for head, name in zip(heads, _POINT, strict=True)]
+        plot.add_tools(HoverTool(renderers=of_points, tooltips=rows))
         self._scenes = [  # the paper's η, which mean nothing for another system
             scene_line(scene.eta) for scene in scenes().values() if scene.group == "motion"
         ]
@@ -123,7 +134,6 @@ class BifurcationView:
         self.label = label_on("12px", 0.85, text="", name="bifurcation_label", **place)
         plot.add_layout(self.cursor)
         plot.add_layout(self.label)
-        return plot
 
     def _strip(self) -> figure:
         axes = {"x_range": self.ranges["eta"].range, "y_range": Range1d(0, 1)}
@@ -131,9 +141,10 @@ class BifurcationView:
         plot = make_figure(_STRIP, name="bifurcation_strip", **axes, **BARE, height=60, min_border_bottom=22)
         plot.title.visible = plot.yaxis.visible = plot.ygrid.visible = plot.xgrid.visible = False
         plot.background_fill_color = "#F1F3F5"
+        plot.css_classes = ["low"]
         area = {"left": "left", "right": "right", "bottom": 0, "top": 1, "fill_color": "colour", "line_color": None}
         hatch = {"hatch_pattern": "hatch", "hatch_color": INK, "hatch_alpha": 0.55, "hatch_scale": 8}
-        plot.quad(source=self.strip_source, **area, **hatch)
+        add_glyph(plot, Quad(**area, **hatch), self.strip_source)
         return plot
 
     def sweep(self, over: str) -> None:
@@ -144,7 +155,7 @@ class BifurcationView:
             self.ranges["eta"].put(*self._home, fresh=True)
 
     def fit_axes(self, setting: Setting) -> None:
-        """Let the axis cover what the slider does for the system of the setting."""
+        """See `Curves`: what the slider covers for the system."""
         if setting.system != self._system:
             self._system = setting.system
             self.ranges["eta"].put(*self._home)
@@ -156,7 +167,7 @@ class BifurcationView:
     @property
     def axis_label(self) -> str:
         """The label of the horizontal axis."""
-        return self._axes[0].label
+        return self.units["eta"].label
 
     @property
     def span(self) -> tuple[float, float]:
@@ -192,10 +203,10 @@ class BifurcationView:
         values, scattered = (_columns(result, coordinate, factors, artefacts=chosen) for chosen in (False, True))
         none = dict.fromkeys(values, values["eta"][:0])
         drawn = "reference" if result.question.method.rigid else "penalty"
-        for solver, source in self.points.items():
-            _put(source, values if solver == drawn else none)
-        _put(self.artefacts, scattered)
-        _put(self.other, none if other is None else _columns(other, coordinate, factors, MOST_BESIDE))
+        for solver in _COLOURS:
+            self._put(solver, values if solver == drawn else none)
+        self._put("artefacts", scattered)
+        self._put("other", none if other is None else _columns(other, coordinate, factors, MOST_BESIDE))
         fresh = self._drawn != (drawn, coordinate, result.question.over)
         drawn_values = [values["value"], scattered["value"], *beside]
         self.ranges["value"].follow(drawn_values, fresh=fresh)
@@ -207,8 +218,8 @@ class BifurcationView:
         section = {} if shipped is None else dict(zip(("xi1", "xi2"), shipped.displacement, strict=True))
         known = coordinate in section
         eta, value = points_of(shipped.eta, section[coordinate]) if known else np.empty((2, 0))
-        _put(self.points["reference"], _scaled(eta, value, np.zeros(len(eta)), factors))
-        say(self.figure, _SHIPPED if known else _AWAITED)
+        self._put("reference", _scaled(eta, value, np.zeros(len(eta)), factors))
+        say(self.figure, _SHIPPED if known else AWAITED)
         if known:
             drawn = "reference", coordinate, "eta"
             self.ranges["value"].follow([value], fresh=self._drawn != drawn)
@@ -218,13 +229,13 @@ class BifurcationView:
         """Label axes and hover; returns what one of the model's units is worth on both axes."""
         unit = field.unit or field.natural
         head = f"{field.hint} {field.label}" + (f" / {divisor(unit)}" if unit else "")
-        self._axes[0].show(eta_axis(setting)[0] if self.over == "eta" and setting.is_driven else head, field.factor)
+        self.units["eta"].show(eta_axis(setting)[0] if self.over == "eta" and setting.is_driven else head, field.factor)
         self.strip.xaxis[0].axis_label = ""
         quantity = "velocity" if coordinate.startswith("v") else "displacement"
         shown = quantity_axis(setting, f"{COORDINATES[coordinate]} once a period", quantity)
-        self._axes[1].show(*shown)
+        self.units["value"].show(*shown)
         columns = ("@eta", "@value") if setting.scale is None else tuple(f"@{name}{{%.4g}}" for name in _SHOWN)
-        rows = [*zip((self._axes[0].label, shown[0]), columns, strict=True), *self.hover.tooltips[2:]]
+        rows = [*zip((self.axis_label, shown[0]), columns, strict=True), *self.hover.tooltips[2:]]
         if rows != self.hover.tooltips:
             self.hover.tooltips = rows
         return (1.0, 1.0) if setting.scale is None else (field.factor, shown[1])
@@ -253,18 +264,16 @@ class BifurcationView:
 
     def fade(self, faded: bool) -> None:
         """Draw the cloud paler, so that lines over it can be told from it."""
-        for points in self._cloud_points:
-            points.glyph.fill_alpha = 0.3 if faded else 1.0
+        for part in self.figure.renderers[: 1 + len(_COLOURS)]:
+            part.glyph.fill_alpha = 0.3 if faded else 1.0
 
-    def _on_tap_in_cloud(self, event: Tap) -> None:
-        """Open the motion of a tap on a branch; any other tap sets the swept number."""
-        if event.x is None or event.y is None or not self.on_motion(event.x, event.y):
-            self.on_tap(event)
-
-    def on_tap(self, event: Tap) -> None:
-        """Set the swept number to the place of a tap."""
-        if event.x is not None and np.isfinite(event.x):
-            self._on_value(SWEPT[self.over].rounded(event.x))
+    def _put(self, name: str, columns: dict[str, np.ndarray]) -> None:
+        """Put columns into a source of points, also where units come or go, and with them columns."""
+        source = self.sources[f"bifurcation_{name}"]
+        if source.data.keys() == columns.keys():
+            write(source, columns)
+        else:
+            source.data = dict(columns)
 
 
 def name_of(method, over: str = "eta") -> str:
@@ -291,14 +300,6 @@ def legend() -> list[list[str]]:
         for (text, colour), (_, pattern) in list(zip(PERIODS, _PERIOD_HATCHES, strict=True))[1:]
     ]
     return periods + [[colour, text, _KIND_HATCHES.get(kind, _PLAIN)[1]] for kind, (text, colour) in KINDS.items()]
-
-
-def _put(source: ColumnDataSource, columns: dict[str, np.ndarray]) -> None:
-    """Like `write`, also where units come or go, and with them columns."""
-    if source.data.keys() == columns.keys():
-        write(source, columns)
-    else:
-        source.data = dict(columns)
 
 
 def _columns(

@@ -13,7 +13,7 @@ from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, bounds_of
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import branch_command, initial_option, method_options, sweep_command, sweep_python
-from vibroscope.app.page.study.panel import number
+from vibroscope.app.page.tab import number
 from vibroscope.app.studies.bifurcation import SAMPLE, DiagramQuestion, PartialDiagram
 from vibroscope.app.studies.branches import BranchesQuestion
 from vibroscope.engine import COORDINATES

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import panel as pn
 from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.link import LINEAR, View
+from vibroscope.app.explorer.link import View
 from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.shipped import diagram_for_now
 from vibroscope.app.explorer.state import Setting
@@ -34,7 +34,7 @@ from vibroscope.app.studies.bifurcation import (
     grow_diagram,
     kind_names,
 )
-from vibroscope.app.studies.branches import BranchesQuestion, PartialBranches, why_none
+from vibroscope.app.studies.branches import BranchesQuestion, why_none
 from vibroscope.app.studies.study_job import RESULTS
 from vibroscope.engine import METHOD_NUMBERS, Diagram, ExactPenalty, Method, System
 
@@ -50,6 +50,8 @@ class Bifurcation(StudyView):
     key = "bifurcation"
     title = "Diagram and branches"
     grow = staticmethod(grow_diagram)
+    drawn, place, searched = BifurcationView, "wide", Branches
+    tapped, zoomed = ("bifurcation", "bifurcation_strip"), "bifurcation"
     chosen = {  # noqa: RUF012 - read only
         "solver": "reference",
         "direction": "rest",
@@ -60,7 +62,6 @@ class Bifurcation(StudyView):
         "transient": TRANSIENT,
         **dict.fromkeys(START_FIELDS, 0.0),
     }
-    axes = {"eta": LINEAR, "value": LINEAR}  # noqa: RUF012 - read only
     keyed = ("bifurcation_strip",)
     pictures = (
         Figure("bifurcation", "Bifurcation diagram", "A coordinate at τ ≡ 0 (mod T) over the excitation frequency η."),
@@ -69,15 +70,8 @@ class Bifurcation(StudyView):
         Figure("bifurcation_points", "Points of the branches", "Bifurcations, and changes of events.", drawn=False),
     )
 
-    def build(self) -> pn.viewable.Viewable:
-        """The diagram, the strip of periods below it, the panel, and the list of the branches."""
-        self.view = BifurcationView(self._set, self.refresh)
-        self.branches = self.searches = Branches(self.host, self.view.figure, self._push)
-        self.view.on_motion = self.branches.tapped
-        self._followed: Followed | None = None
-        self._followed_in: System | None = None  # whose motion that is; None: the system that is shown next
-        cells = self.stretch(self.view.figure, "wide"), self.stretch(self.view.strip, "wide", "low")
-        return self.lay_out(*cells, below=self.branches.view)
+    _followed: Followed | None = None
+    _followed_in: System | None = None  # whose motion that is; None: the system that is shown next
 
     @classmethod
     def spec(cls) -> dict:
@@ -131,10 +125,6 @@ class Bifurcation(StudyView):
             self.panel.refused = f"{field.label} must go from a smaller to a larger number, within {ends}."
             return
         self.ranges["eta"].restore(low, high)
-
-    def fit_axes(self, setting: Setting) -> None:
-        """Let the axis cover the range that the slider has for the system."""
-        self.view.fit_axes(setting)
 
     def obstacle(self, setting: Setting) -> str:
         """Why there is no diagram: free bodies have no frequency to sweep, and stay at rest.
@@ -212,7 +202,7 @@ class Bifurcation(StudyView):
     def _show(self) -> None:
         self._show_chosen(self._move.setting)
         super()._show()
-        self.view.fade(self.branches.view.visible)
+        self.view.fade(self.searches.view.visible)
 
     def _start(self, setting: Setting) -> tuple[float, ...]:
         """The own start that is typed; a wall has none."""
@@ -228,9 +218,9 @@ class Bifurcation(StudyView):
         other = None if result is None else _compared(setting, result.question)
         if self._searches:
             notes = self.search_questions(setting)[1]
-            self.branches.draw(setting, self.view.over, self._coordinate(setting), notes)
+            self.searches.draw(setting, self.view.over, self._coordinate(setting), notes)
         shipped = self._shipped(setting) if result is None else None
-        self.view.update(setting, result, self._coordinate(setting), other, self.branches.lines.values, shipped)
+        self.view.update(setting, result, self._coordinate(setting), other, self.searches.lines.values, shipped)
         self.panel.key_title, self.panel.key = f"Motion over {self.view.axis_label}", legend()
 
     def _shipped(self, setting: Setting) -> Diagram | None:
@@ -247,26 +237,18 @@ class Bifurcation(StudyView):
 
     def describe(self, setting: Setting, result: PartialDiagram) -> list[list[str]]:
         """The nearest η, the whole range, and the branches that were found."""
-        return [*statements(setting, result), *self.branches.words()]
-
-    def figures(self) -> list[Figure]:
-        """The figures of the diagram, and the tables of the branches once there are any."""
-        orbits = self._orbits()
-        return [each for each in super().figures() if orbits or each.name not in _BRANCH_TABLES]
+        return [*statements(setting, result), *self.searches.words()]
 
     def data(self) -> dict[str, object]:
         """The diagram and the branches."""
-        results = self.branches.results
+        results = self.searches.results
         branches = {f"branches_{solver}": result.data() for solver, result in results.items()}
         return super().data() | self._shown_in_units(branches)
-
-    def _orbits(self) -> dict[str, PartialBranches]:
-        return {solver: result for solver, result in self.branches.results.items() if result.branches}
 
     def table(self, name: str) -> list[Series]:
         """All points of the diagram, also of what is drawn in grey; or the stretches of η with one period."""
         if name in _BRANCH_TABLES:
-            tables = {solver: getattr(result, _BRANCH_TABLES[name])() for solver, result in self._orbits().items()}
+            tables = {solver: getattr(result, _BRANCH_TABLES[name])() for solver, result in self.searches.found.items()}
             return [Series(NAMES[solver], table) for solver, table in tables.items()]
         if name == "bifurcation_strip":
             over = self.result.question.over
@@ -287,10 +269,13 @@ class Bifurcation(StudyView):
 
     def _asked(self) -> dict[str, BranchesQuestion]:
         """The branches that are shown, by the name of their result."""
-        return {f"branches_{solver}": result.question for solver, result in self.branches.results.items()}
+        return {f"branches_{solver}": result.question for solver, result in self.searches.results.items()}
 
-    def _set(self, value: float) -> None:
-        self.host.set(self._move.setting.with_contact({self.view.over: print_number(value)}))
+    def take_over(self, name: str, x: float, y: float) -> None:
+        """Open the motion of a branch where a click in the diagram means one; else set the swept number."""
+        if name != "bifurcation" or not self.searches.tapped(x, y):
+            over = self.view.over
+            self.host.set(self._move.setting.with_contact({over: print_number(SWEPT[over].rounded(x))}))
 
 
 _BRANCH_TABLES = {"bifurcation_branches": "orbit_table", "bifurcation_points": "point_table"}

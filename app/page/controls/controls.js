@@ -171,11 +171,9 @@ function afterPaint(done) {
 function sliderRow(slider, link) {
   const box = element("div", "slider");
   const id = `vibroscope-${slider.name}`;
-  const label = element("label", "", slider.label);
-  label.htmlFor = `${id}-typed`;
   const symbol = element("span", "", slider.label);
   const hint = element("small", "", slider.hint);
-  label.replaceChildren(symbol, hint);
+  const label = element("label", "", [symbol, hint], { for: `${id}-typed` });
   const range = input("range", `${id}-slider`, `${slider.label}: ${slider.hint}`);
   let scale = null; // of the span that the slider covers, which the system decides
   let covered = "";

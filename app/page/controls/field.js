@@ -1,12 +1,23 @@
 // Fields of the panel, which sliders, system and solver have in common.
 
-import { element } from "../shared/dom.js";
+import { element, say } from "../shared/dom.js";
 
 export function input(type, id, name) {
-  const made = element("input", "", "", { "aria-label": name });
-  made.type = type;
-  made.id = id;
-  return made;
+  return element("input", "", "", { "aria-label": name, type, id });
+}
+
+// Why a number or a choice was refused, below it.
+export function refusalOf(name) {
+  const line = element("p", "refusal", "", { role: "alert", id: `vibroscope-${name}-refusal` });
+  line.hidden = true;
+  const draw = (shown, described, more = "") => {
+    const refused = shown.refused.name === name;
+    say(line, refused && shown.refused.text + more);
+    if (refused) described.setAttribute("aria-describedby", line.id);
+    else described.removeAttribute("aria-describedby");
+    return refused;
+  };
+  return { element: line, draw };
 }
 
 const SHORT = 8; // digits that each field has room for
@@ -14,11 +25,8 @@ const SHORT = 8; // digits that each field has room for
 // The field of a typed value, with the reason if it was refused.
 export function typedField(number, link, place) {
   const typed = input("text", `vibroscope-${number.name}-typed`, `${number.label}: ${number.hint}, typed`);
-  typed.inputMode = "decimal";
-  typed.autocomplete = "off";
-  const refusal = element("p", "refusal", "", { role: "alert" });
-  refusal.id = `vibroscope-${number.name}-refusal`;
-  refusal.hidden = true;
+  Object.assign(typed, { inputMode: "decimal", autocomplete: "off" });
+  const refusal = refusalOf(number.name);
   const unit = element("span", "unit");
   let accepted = ""; // in the numbers of the model
   let field = { text: "", factor: 1 }; // the same as it is shown
@@ -42,7 +50,7 @@ export function typedField(number, link, place) {
     fill(field.text);
     link.set({ [number.name]: accepted });
   });
-  place.append(refusal);
+  place.append(refusal.element);
   const draw = (shown, isLatest) => {
     accepted = shown.texts[number.name];
     field = shown.fields[number.name];
@@ -50,12 +58,8 @@ export function typedField(number, link, place) {
     typed.disabled = Boolean(field.locked);
     typed.title = `${field.name}; ${field.locked || field.range}`;
     typed.setAttribute("aria-label", `${field.label}: ${field.name}, typed`);
-    const refused = shown.refused.name === number.name;
+    const refused = refusal.draw(shown, typed, ` Escape brings back ${field.text}.`);
     typed.setAttribute("aria-invalid", String(refused));
-    if (refused) typed.setAttribute("aria-describedby", refusal.id);
-    else typed.removeAttribute("aria-describedby");
-    refusal.hidden = !refused;
-    refusal.textContent = refused ? `${shown.refused.text} Escape brings back ${field.text}.` : "";
     if (isLatest && !refused && !typing) fill(field.text);
   };
   // A number of the model as the field shows it, until the server has answered.

@@ -1,7 +1,7 @@
 // The parts of the panel around the sliders: scenes, actions, system and solver, switches, key. Each has an element, and
 // a function that draws the accepted values.
 
-import { typedField } from "./field.js";
+import { refusalOf, typedField } from "./field.js";
 import { button, choose, element, emit, labelled, listen, options, setText } from "../shared/dom.js";
 
 const NARROW = matchMedia("(max-width: 1000px)");
@@ -25,8 +25,7 @@ export function scenes({ scenes: list, shelf }, link) {
   const origin = element("small", "origin"); // of the published system that is shown
   published.after(origin);
   const make = (scene, act, place) => {
-    const made = button("", "", () => link.act({ [act]: scene.key }));
-    made.append(scene.title, element("small", "", scene.figure));
+    const made = button([scene.title, element("small", "", scene.figure)], "", () => link.act({ [act]: scene.key }));
     made.title = scene.tooltip;
     made.dataset.scene = scene.key;
     place.append(made);
@@ -127,14 +126,9 @@ export function solverDetails(spec, link) {
 
 // A choice of many, with the reason where it was refused.
 function selectRow(choice, link) {
-  const label = element("label", "", choice.label);
-  const select = element("select");
   const refusal = refusalOf(choice.name);
-  label.htmlFor = select.id = select.name = `vibroscope-${choice.name}`;
-  label.title = choice.doc;
-  select.append(...options(Object.entries(choice.choices)));
-  select.addEventListener("change", () => link.set({ [choice.name]: select.value }));
-  const box = element("div", "choice", [label, select, refusal.element]);
+  const [select, box] = chooserOf(choice, Object.entries(choice.choices), (value) => link.set({ [choice.name]: value }));
+  box.append(refusal.element);
   const draw = (shown, isLatest) => {
     refusal.draw(shown, select);
     if (isLatest) choose(select, shown.texts[choice.name]);
@@ -142,27 +136,18 @@ function selectRow(choice, link) {
   return { name: choice.name, element: box, draw };
 }
 
-// Why a choice was refused, below it.
-function refusalOf(name) {
-  const line = element("p", "refusal", "", { role: "alert" });
-  line.id = `vibroscope-${name}-refusal`;
-  line.hidden = true;
-  const draw = (shown, described) => {
-    const refused = shown.refused.name === name;
-    line.hidden = !refused;
-    line.textContent = refused ? shown.refused.text : "";
-    if (refused) described.setAttribute("aria-describedby", line.id);
-    else described.removeAttribute("aria-describedby");
-  };
-  return { element: line, draw };
+// A list with its name, which calls `act` with what is chosen.
+function chooserOf({ name, label: words, doc = "" }, choices, act) {
+  const label = element("label", "", words, { title: doc, for: `vibroscope-${name}` });
+  const select = element("select", "", options(choices), { name: label.htmlFor, id: label.htmlFor });
+  select.addEventListener("change", () => act(select.value));
+  return [select, element("div", "choice", [label, select])];
 }
 
 export function numberRow(number, link) {
-  const label = element("label");
-  label.htmlFor = `vibroscope-${number.name}-typed`;
   const symbol = element("span");
   const hint = element("small");
-  label.append(symbol, " ", hint);
+  const label = element("label", "", [symbol, " ", hint], { for: `vibroscope-${number.name}-typed` });
   const under = element("div", "under");
   const field = typedField(number, link, under);
   const box = element("div", "number", [label, field.typed, under]);
@@ -176,9 +161,7 @@ export function numberRow(number, link) {
 }
 
 export function switchRow(choice, link) {
-  const legend = element("legend", "", choice.label);
-  legend.title = choice.doc;
-  const box = element("fieldset", "switch", [legend]);
+  const box = element("fieldset", "switch", [element("legend", "", choice.label, { title: choice.doc })]);
   const row = element("div", "row");
   const inputs = new Map();
   for (const [value, text] of Object.entries(choice.choices)) {
@@ -200,20 +183,16 @@ const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1];
 
 // How fast the bodies move; it concerns this browser alone.
 export function speedRow() {
-  const label = element("label", "", "Speed of the motion");
-  const select = element("select");
-  label.htmlFor = select.id = "vibroscope-speed";
-  select.append(...options(SPEEDS.map((value) => [value, `${value} period${value < 1 ? "s" : ""}/s`])));
+  const choices = SPEEDS.map((value) => [value, `${value} period${value < 1 ? "s" : ""}/s`]);
+  const choice = { name: "speed", label: "Speed of the motion" };
+  const [select, box] = chooserOf(choice, choices, (value) => emit("speed", { value: Number(value) }));
   select.value = "0.1";
-  select.addEventListener("change", () => emit("speed", { value: Number(select.value) }));
-  const box = element("div", "choice", [label, select]);
   return { element: box, draw: () => {} };
 }
 
 export function key() {
   const list = element("dl", "key", "", { "aria-label": "Key" });
-  const section = element("dt", "section", "●");
-  section.append(element("span", "", "◇"));
+  const section = element("dt", "section", ["●", element("span", "", "◇")]);
   list.append(
     element("dt", "reference"), element("dd", "", "reference: exact, impact law"),
     element("dt", "penalty"), element("dd", "", "penalty: spring, damper, time step"),

@@ -2,7 +2,7 @@
 
 import { numberRow, opensItself, switchRow } from "./parts.js";
 import { FLOOR, HIGH, MIDDLE, SIDES, SystemDrawing, WIDE, clamp } from "../shared/bodies.js";
-import { choose, element, options, setText, svgElement } from "../shared/dom.js";
+import { choose, element, options, say, setText, svgElement } from "../shared/dom.js";
 
 const DRAWN = { // fields that the drawing follows while they are typed, and what of it they are
   clearance: "clearance", clearance_mm: "clearance", clearance2: "clearance2", clearance2_mm: "clearance2", mass_ratio: "mass", base: "base", base_amplitude_mm: "base",
@@ -28,8 +28,7 @@ export function systemDetails(spec, link, model) {
     held = shown.texts.held;
     head.textContent = `System: ${model.system.title}`;
     const away = ["bodies", "stops", ...names].includes(shown.refused.name) && !shown.fields[shown.refused.name];
-    elsewhere.hidden = !away;
-    elsewhere.textContent = away ? shown.refused.text : "";
+    say(elsewhere, away && shown.refused.text);
     const own = !known && ["bodies", "stops", ...names].some((name) => name in spec.defaults && shown.texts[name] !== spec.defaults[name]);
     if (opensItself(own, away || names.includes(shown.refused.name))) box.open = true;
     if (known === model.system) return;
@@ -74,14 +73,13 @@ const sameForms = (one, other) => JSON.stringify(one.forms) === JSON.stringify(o
 // A number; one that has several forms has a choice of the unit, which the server keeps: it then shows the row of that form.
 function systemRow(number, link) {
   const row = numberRow(number, link);
-  const about = element("small", "about");
-  about.id = `vibroscope-${number.name}-about`;
+  const about = element("small", "about", "", { id: `vibroscope-${number.name}-about` });
   row.element.append(about);
   const field = row.element.querySelector("input");
   const made = { ...row, name: number.name, forms: number.forms, field };
   if (number.forms.length) {
-    made.form = element("select", "form", "", { "aria-label": `${number.hint}: its unit` });
-    made.form.append(...options(number.forms.map(({ name }) => [name, name])));
+    const units = options(number.forms.map(({ name }) => [name, name]));
+    made.form = element("select", "form", units, { "aria-label": `${number.hint}: its unit` });
     made.form.addEventListener("change", () => link.set(number.forms.find(({ name }) => name === made.form.value).set));
     row.element.querySelector("label").after(made.form);
     row.element.classList.add(number.name === "base" ? "worded-forms" : "two-forms");

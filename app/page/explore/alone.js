@@ -15,9 +15,7 @@ export function render({ model }) {
   const key = element("ul", "key");
   for (const [name, sign, words, hint] of MARKS) {
     const mark = element("span", "sign", sign, { "aria-hidden": "true" });
-    const entry = element("li", name, [mark, words]);
-    entry.title = hint;
-    key.append(entry);
+    key.append(element("li", name, [mark, words], { title: hint }));
   }
   const root = element("section", "head", [element("h2", "", "Change one number alone: what is left of the difference"), state, key]);
   follow(model, ["state", "floor"], () => {

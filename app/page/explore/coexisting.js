@@ -9,8 +9,8 @@ export function render({ model }) {
     () => model.send_msg({ find: true }), "find");
   const follow = button("Follow this motion", "Follow this motion and others over η, stable or not, in the bifurcation diagram",
     () => model.send_msg({ follow: true }), "find");
-  const row = element("div", "row");
-  row.append(find, follow, button("Peaks", "Largest values and spectra of both", () => model.send_msg({ peaks: true }), "find"));
+  const peaks = button("Peaks", "Largest values and spectra of both", () => model.send_msg({ peaks: true }), "find");
+  const row = element("div", "row", [find, follow, peaks]);
   const status = element("p", "status", "", { role: "status" });
   const stop = button("Stop", "Stop the search; what it has found stays", () => model.send_msg({ stop: true }));
   const running = progressRow("Share of the starts that are done", stop);
@@ -39,8 +39,8 @@ function fill(list, solvers) {
 }
 
 function motionRow({ name, share, text, why, starts, use, shown }) {
-  const made = button("", "", () => emit("set", use), "motion");
-  made.append(element("strong", "", name), element("span", "share", `${share} of starts`), element("small", "", text));
+  const words = [element("strong", "", name), element("span", "share", `${share} of starts`), element("small", "", text)];
+  const made = button(words, "", () => emit("set", use), "motion");
   made.setAttribute("aria-pressed", String(shown));
   const { zero_start, ...numbers } = use;
   made.dataset.start = Object.values(numbers).join(",");

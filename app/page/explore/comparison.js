@@ -9,54 +9,33 @@ export function render({ model }) {
   const draw = () => {
     const parts = Object.entries(model.parts);
     const heads = [["", ""], ...model.rows[0]?.numbers ?? [], ["penalty motion", ""], ...parts.map(([, label]) => [label, ""]), ["", ""]];
-    const head = element("tr");
-    head.append(...heads.map(([text, name]) => {
-      const cell = element(text ? "th" : "td", "", text);
-      if (name) cell.append(element("small", "", name));
-      if (text) cell.scope = "col";
-      return cell;
-    }));
-    table.replaceChildren(head, ...model.rows.map((row, place) => line(row, place, parts)));
+    const head = heads.map(([text, name]) => (text
+      ? element("th", "", name ? [text, element("small", "", name)] : text, { scope: "col" }) : element("td")));
+    table.replaceChildren(element("tr", "", head), ...model.rows.map((row, place) => line(row, place, parts)));
   };
   return cueScroll(drawCard(root, model, "rows", draw), true);
 }
 
 function line(row, place, parts) {
-  const made = element("tr", place ? `pin${place}` : "present");
-  const name = element("th", "name", place ? `pin ${place}` : "now");
-  name.scope = "row";
-  name.prepend(element("span", "swatch"));
+  const name = element("th", "name", [element("span", "swatch"), place ? `pin ${place}` : "now"], { scope: "row" });
   const motion = element("td", "motion", row.motion || "computing …");
   if (row.other) motion.append(element("small", "", row.other));
-  made.append(name, ...row.numbers.map(([label, name, text]) => number("", `${label} ${name}`, text)), motion, ...errors(row, parts));
-  const acts = element("td", "acts");
-  if (place) {
-    acts.append(
-      button("Use", `Set the sliders to pin ${place}`, () => emit("set", row.texts)),
-      button("×", `Unpin ${place}`, () => emit("unpin", { value: place - 1 })),
-    );
-  }
-  made.append(acts);
-  return made;
+  const numbers = row.numbers.map(([label, name, text]) => number("", `${label} ${name}`, text));
+  const acts = element("td", "acts", place && [
+    button("Use", `Set the sliders to pin ${place}`, () => emit("set", row.texts)),
+    button("×", `Unpin ${place}`, () => emit("unpin", { value: place - 1 })),
+  ]);
+  return element("tr", place ? `pin${place}` : "present", [name, ...numbers, motion, ...errors(row, parts), acts]);
 }
 
 // A number for each part of the difference that is known, or why there is none.
 function errors({ explained, shown, measure, headline }, parts) {
   if (!explained || shown.total === undefined) {
-    const cell = element("td", "words", explained ? headline : "computing …");
-    cell.title = headline;
-    cell.colSpan = parts.length;
-    return [cell];
+    return [element("td", "words", explained ? headline : "computing …", { title: headline, colspan: parts.length })];
   }
-  return parts.map(([part, label]) => {
-    const cell = number(part, label, shown[part] ?? "–");
-    cell.title = part in shown ? measure : "this difference has no such part";
-    return cell;
-  });
+  const why = (part) => (part in shown ? measure : "this difference has no such part");
+  return parts.map(([part, label]) => number(part, label, shown[part] ?? "–", { title: why(part) }));
 }
 
-function number(name, label, text) {
-  const cell = element("td", `number ${name}`, text);
-  cell.dataset.label = label; // shown where the table has no heads
-  return cell;
-}
+// Its label is shown where the table has no heads.
+const number = (name, label, text, more = {}) => element("td", `number ${name}`, text, { "data-label": label, ...more });

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import panel as pn
 import param
-from vibroscope.app.explorer.compute import RunPair, cached_runs, compute_runs, needed
+from vibroscope.app.explorer.compute import cached_runs, compute_runs, needed
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.explanation import AloneFacts, Explanation
 from vibroscope.app.explorer.field_units import shown_field
@@ -39,21 +39,12 @@ def _compute(setting: Setting, cancelled: Callable[[], bool], _: Callable) -> Re
 class PinnedResults:
     """Finds the results of the host's pinned settings, one after the other, then their explanations.
 
-    ``draw`` is called when one has come, or a pin has come or gone. ``begin`` and ``explain`` begin the jobs of the
-    computations, ``(setting, deliver)``, and ``cached`` gives the runs that need none.
+    ``draw`` is called when one has come, or a pin has come or gone.
     """
 
-    def __init__(
-        self,
-        host: TabHost,
-        draw: Callable[[], None],
-        begin: Callable[..., Job] = begin_runs,
-        explain: Callable[..., Job] = begin_explanation,
-        cached: Callable[[Setting], RunPair | None] = cached_runs,
-    ) -> None:
+    def __init__(self, host: TabHost, draw: Callable[[], None]) -> None:
         self.host = host
         self._draw = draw
-        self._begin, self._explain, self._cached = begin, explain, cached
         self._computed, self._explained = Asker(host), Asker(host)
         self._wanted: tuple[Setting, ...] = ()
         self._results: dict[Setting, Result | None] = {}  # None: it could not be computed
@@ -73,7 +64,7 @@ class PinnedResults:
         """Prepare the pinned settings that are cached to be drawn like ``setting``; in a worker, ahead of `follow`."""
         pins = (pinned.drawn_like(setting) for pinned in self.host.pinned)
         known = self._results
-        runs = {pinned: self._cached(pinned) for pinned in pins if pinned not in known}
+        runs = {pinned: cached_runs(pinned) for pinned in pins if pinned not in known}
         self._ready = {pinned: prepare(found) for pinned, found in runs.items() if found is not None}
 
     def follow(self, setting: Setting) -> None:
@@ -88,21 +79,21 @@ class PinnedResults:
                 continue
             if pinned in ready:
                 self._results[pinned] = ready[pinned]
-            elif (runs := self._cached(pinned)) is not None:
+            elif (runs := cached_runs(pinned)) is not None:
                 self._results[pinned] = prepare(runs)
         self._draw()
         self._continue()
 
-    def cancel(self) -> None:
+    def drop(self) -> None:
         """The session has ended."""
         self._computed.drop()
         self._explained.drop()
 
     def _continue(self) -> None:
         """Ask for what comes next, unless something is under way that is still wanted."""
-        self._ask(self._computed, [pinned for pinned in self._wanted if pinned not in self._results], self._begin)
+        self._ask(self._computed, [pinned for pinned in self._wanted if pinned not in self._results], begin_runs)
         ready = [pinned for pinned in self._wanted if self._results.get(pinned) and pinned not in self._unexplained]
-        self._ask(self._explained, [pinned for pinned in ready if known_explanation(pinned) is None], self._explain)
+        self._ask(self._explained, [pinned for pinned in ready if known_explanation(pinned) is None], begin_explanation)
 
     def _ask(self, asker: Asker, missing: list[Setting], begin: Callable[..., Job]) -> None:
         if asker.job is not None and asker.job.question in missing:

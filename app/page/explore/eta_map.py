@@ -21,8 +21,10 @@ from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.shipped import is_shipped, load_diagram
 from vibroscope.app.explorer.state import Setting, slider_range
 from vibroscope.app.page.asker import Asker
+from vibroscope.app.page.shared.curves import write_cells
 from vibroscope.app.page.shared.figure import (
     BLUE,
+    SHADES,
     THEME,
     VERMILLION,
     add_glyph,
@@ -65,29 +67,24 @@ class MapPoints(NamedTuple):
 NOTHING = MapPoints(np.empty(0), np.empty((2, 0, 1)), 0.0)
 
 
-class MapSource:
+class MapSource(Asker):
     """Finds the points of the setting that is followed; ``show`` gets those that come later."""
 
     def __init__(self, host: TabHost, show: Callable[[MapPoints], None]) -> None:
-        self._host = host
+        super().__init__(host, _REST)
         self._show = show
         self._question: DiagramQuestion | None = None
         self._points = NOTHING
-        self._asker = Asker(host, _REST)
 
     def follow(self, setting: Setting) -> MapPoints:
         """The points of the setting that are known now; the rest comes later."""
         question = DiagramQuestion(setting.system, setting.reference, "rest", slider_range("eta", setting.system))
         if question != self._question:
-            self.cancel()
+            self.drop()
             self._question, self._points = question, NOTHING
         if self._points.share < 1 and setting.is_driven:  # a free vibration decays, whatever η is
             self._find(setting)
         return self._points
-
-    def cancel(self) -> None:
-        """The map is no longer seen: stop what is computed for it."""
-        self._asker.drop()
 
     def _find(self, setting: Setting) -> None:
         if is_shipped(setting):
@@ -96,8 +93,8 @@ class MapSource:
         known = RESULTS.get(self._question)
         if known is not None:
             self._points = _points_of(known)
-        if self._points.share < 1 and self._asker.job is None:
-            self._asker.ask(lambda: StudyJob(self._question, grow_diagram, on_loop(self._host, self._take)))
+        if self._points.share < 1 and self.job is None:
+            self.ask(lambda: StudyJob(self._question, grow_diagram, on_loop(self._host, self._take)))
 
     def _load(self, joint_damping: str) -> None:
         future, question = load_diagram(joint_damping), self._question
@@ -136,8 +133,6 @@ _ONE_POINT = 0.01  # of the axis: points as near as that are seen as one
 _ETA = slider_range("eta", System())
 _SYMBOL = {"xi1": "ξ₁", "xi2": "ξ₂"}
 _ROW = {"xi1": 0, "xi2": 1}
-# From transparent to blue; the more points fall on a pixel, the darker it is.
-_SHADES = ["#FFFFFF00"] + [f"#0072B2{alpha:02X}" for alpha in range(1, 256)]
 
 
 class EtaMapView:
@@ -284,13 +279,7 @@ class EtaMapView:
         self._show_scenes()
         x, y = self._view
         picture = raster(self._points.eta, self._values, x, y, *self._pixels())
-        self.picture.data = {
-            "image": [picture],
-            "x": [x[0]],
-            "y": [y[0]],
-            "dw": [x[1] - x[0]],
-            "dh": [y[1] - y[0]],
-        }
+        write_cells(self.picture, picture, x, y)
 
     def _pixels(self) -> tuple[int, int]:
         """The size of the frame; a picture of another size would lose points or be blurred."""
@@ -331,7 +320,7 @@ def _picture_figure():
 def _rendered():
     axes = [hv.Dimension("eta", label="excitation frequency η = Ω/ω₁"), hv.Dimension("xi", label="ξ")]
     image = hv.Image(np.zeros((2, 2), np.uint8), bounds=(_ETA[0], -10, _ETA[1], 10), kdims=axes, vdims="shade").opts(
-        cmap=_SHADES,
+        cmap=SHADES,
         clim=(0, 255),
         responsive=True,
         min_height=100,

@@ -23,7 +23,7 @@ _REST = 150  # ms without a new result before the difference is explained: while
 EXPLANATIONS = Cache(200)
 
 
-class Explainer:
+class Explainer(Asker):
     """Explains what is shown, as long as ``is_visible()``.
 
     ``show`` gets an explanation that comes later, ``show_alone`` before it `Explanation.alone` as far as it is known.
@@ -36,31 +36,26 @@ class Explainer:
         show: Callable[[Explanation], None],
         show_alone: Callable[[AloneFacts], None] = lambda facts: None,
     ) -> None:
-        self.host = host
+        super().__init__(host, _REST)
         self._is_visible = is_visible
         self._show, self._show_alone = show, show_alone
-        self._asker = Asker(host, _REST)
 
     def follow(self, setting: Setting) -> Explanation | None:
         """The explanation of the setting that is shown now, if it is cached; else ``show`` gets it later."""
         explanation = known_explanation(setting)
         if explanation is None:
-            self._asker.ask(partial(self._begin, setting))
+            self.ask(partial(self._begin_if_visible, setting))
         else:
-            self._asker.drop()
+            self.drop()
         return explanation
 
-    def cancel(self) -> None:
-        """Another setting will be shown, or the session has ended."""
-        self._asker.drop()
-
-    def _begin(self, setting: Setting) -> Answer | None:
-        return begin_explanation(setting, on_loop(self.host, self._take)) if self._is_visible() else None
+    def _begin_if_visible(self, setting: Setting) -> Answer | None:
+        return begin_explanation(setting, on_loop(self._host, self._take)) if self._is_visible() else None
 
     def _take(self, _: Answer, found: AloneFacts | Explanation | Exception) -> None:
         if isinstance(found, Exception):
             text = f"The difference could not be explained ({error_text(found)}). The figures are right; move on."
-            self.host.report_error(text)
+            self._host.report_error(text)
         elif self._is_visible():
             (self._show_alone if isinstance(found, dict) else self._show)(found)
 
@@ -109,35 +104,27 @@ _REST_OF_KINDS = 400  # ms: curves and explanation come first, those of other se
 _PATIENCE = 3.0  # s
 
 
-class MotionJudge:
+class MotionJudge(Asker):
     """Judges what is shown; ``show`` gets kinds that come later than the figures."""
 
     def __init__(self, host: TabHost, show: Callable[[Kinds], None]) -> None:
-        self.host = host
+        super().__init__(host, _REST_OF_KINDS)
         self._show = show
-        self._asker = Asker(host, _REST_OF_KINDS)
 
     def follow(self, setting: Setting) -> Kinds | None:
         """The kinds of both motions of the setting that is shown now, if known; else ``show`` gets them later."""
-        self.cancel()
+        self.drop()
         kinds = known_kinds(setting)
         if kinds is None:
-            self._ask(setting, time.monotonic() + _PATIENCE)
+            self.ask(partial(self._begin_when_idle, setting, time.monotonic() + _PATIENCE))
         return kinds
 
-    def cancel(self) -> None:
-        """Nothing is shown, or another setting will be: stop."""
-        self._asker.drop()
-
-    def _ask(self, setting: Setting, latest: float) -> None:
-        self._asker.ask(partial(self._begin, setting, latest))
-
-    def _begin(self, setting: Setting, latest: float) -> Answer | None:
+    def _begin_when_idle(self, setting: Setting, latest: float) -> Answer | None:
         if background_worker().jobs and time.monotonic() < latest:
-            self._ask(setting, latest)
+            self.ask(partial(self._begin_when_idle, setting, latest))
             return None
         needs = needed(setting, Compiled.VERDICTS)
-        take = on_loop(self.host, self._take)
+        take = on_loop(self._host, self._take)
         return Answer(setting, _judge, take, kind_threads(), "kinds", measure=metrics.JUDGED, needs=needs)
 
     def _take(self, _: Answer, kinds: Kinds | Exception) -> None:

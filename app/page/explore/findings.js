@@ -1,7 +1,7 @@
 // The findings: the answer, bars for the parts of the difference, both motions; folded: the numbers, the evidence and the
 // cost. It sets textContent only.
 
-import { button, cueScroll, drawCard, element, emit, listen, setText } from "../shared/dom.js";
+import { button, cueScroll, drawCard, element, emit, listen, say, setText } from "../shared/dom.js";
 
 // Ends of the bars, on a logarithmic scale. At the right end the difference is as large as the motion itself.
 const LARGEST = 1;
@@ -53,18 +53,15 @@ export function render({ model }) {
 }
 
 function shippedMark(root) {
-  const mark = element("p", "shipped", "Shipped result");
-  mark.title = "Computed when this version was made; this machine's own result replaces it as soon as its solvers are compiled";
+  const title = "Computed when this version was made; this machine's own result replaces it as soon as its solvers are compiled";
+  const mark = element("p", "shipped", "Shipped result", { title });
   root.append(mark);
   return ({ shipped }) => { mark.hidden = !shipped; };
 }
 
 // A head that says so while what stands below it is hidden, since it is that of another setting.
 function stampedHead(title) {
-  const head = element("h2", "", title);
-  const mark = element("span", "stale-mark", "computing …", { role: "status" });
-  head.append(mark);
-  return head;
+  return element("h2", "", [title, element("span", "stale-mark", "computing …", { role: "status" })]);
 }
 
 // Words of a first sentence that say what kind of motion it is; another one is named beside it.
@@ -100,8 +97,7 @@ function line(root, further, name, title) {
     if (name === "penalty" && content.solver) for (const head of heads) setText(head, `Penalty (${content.solver})`);
     kind.textContent = !code || first.includes(SAID[code]) ? first : `${first}: ${words}.`.replace(".:", ":");
     rest.textContent = others;
-    evidence.textContent = reason;
-    evidence.hidden = !reason;
+    say(evidence, reason);
   };
 }
 
@@ -140,40 +136,31 @@ function verdict(root, further) {
 function bar(root) {
   const head = element("h2", "", "How far apart");
   const rows = element("div");
-  const scale = element("div", "part scale");
   const ends = element("div", "ends", ["0.01 %", "1 %", "100 %"].map((text) => element("span", "", text)));
-  scale.append(element("span", "name", "log scale"), ends, element("span"));
+  const scale = element("div", "part scale", [element("span", "name", "log scale"), ends, element("span")]);
   const note = element("p", "none");
   const box = element("section", "line parts", [head, rows, scale, note]);
   root.append(box);
   return ({ bars = [], note: text, headline }) => {
     rows.replaceChildren(...bars.map((each) => barRow(...each)));
     scale.hidden = !bars.length;
-    note.textContent = headline === undefined ? "computing …" : text;
-    note.hidden = !note.textContent;
+    say(note, headline === undefined ? "computing …" : text);
   };
 }
 
 function barRow(name, title, meaning, value, text) {
-  const row = element("div", `part ${name}`);
   const fill = element("div", "fill");
   const share = Math.log10(Math.max(value, SMALLEST) / SMALLEST) / Math.log10(LARGEST / SMALLEST);
   fill.style.width = `${100 * Math.min(1, share)}%`;
-  const track = element("div", "track", [fill]);
-  row.title = meaning;
-  row.append(element("span", "name", title), track, element("span", "number", text));
-  return row;
+  const parts = [element("span", "name", title), element("div", "track", [fill]), element("span", "number", text)];
+  return element("div", `part ${name}`, parts, { title: meaning });
 }
 
 function chips(further) {
   const list = element("dl", "chips", "", { "aria-label": "Cost" });
   further.append(list);
   return ({ cost = [] }) => {
-    list.replaceChildren(...cost.map(([label, value, meaning]) => {
-      const chip = element("div", "chip");
-      chip.title = meaning;
-      chip.append(element("dt", "", label), element("dd", "", value));
-      return chip;
-    }));
+    list.replaceChildren(...cost.map(([label, value, meaning]) =>
+      element("div", "chip", [element("dt", "", label), element("dd", "", value)], { title: meaning })));
   };
 }

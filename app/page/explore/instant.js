@@ -1,6 +1,6 @@
 // The present instant of the last two periods, marked in every figure. The server is not involved.
 
-import { asObject, element, modelOf, viewOf } from "../shared/dom.js";
+import { columnsOf, element, viewOf } from "../shared/dom.js";
 
 export const WINDOW = 2; // periods, as in present.py
 export const TIME_FIGURES = ["displacement", "strip", "force"];
@@ -11,8 +11,7 @@ export const SOLVERS = ["reference", "penalty"];
 export class Instant {
   constructor(time, { absolute, amplitude, system }) {
     this.time = time;
-    const source = modelOf("displacements");
-    this.columns = source ? asObject(source.data) : {};
+    this.columns = columnsOf("displacements");
     const count = this.columns.t?.length ?? 0;
     const at = Math.min(Math.max(time / WINDOW, 0), 1) * (count - 1);
     this.index = Math.min(Math.floor(at), count - 2);
@@ -36,8 +35,7 @@ export class Instant {
 
   // `age`: periods since the last contact began, Infinity if there was none; `lasts`: whether there is contact now.
   contact(solver) {
-    const source = modelOf(`strip_${solver}`);
-    const { left = [], right = [] } = source ? asObject(source.data) : {};
+    const { left = [], right = [] } = columnsOf(`strip_${solver}`);
     let age = Infinity;
     let lasts = false;
     for (let i = 0; i < left.length; i++) {
@@ -136,8 +134,7 @@ export function watchPointer(onTime, onLeave) {
       const sx = event.clientX - canvas.left;
       const sy = event.clientY - canvas.top;
       if (!view.frame.bbox.contains(sx, sy)) return;
-      const source = modelOf("displacements");
-      const time = view.frame.x_scale.invert(sx) / periodOf(source ? asObject(source.data) : {});
+      const time = view.frame.x_scale.invert(sx) / periodOf(columnsOf("displacements"));
       if (time >= 0 && time <= WINDOW) onTime(time);
     };
     // Browsers hold a move back until they begin a frame; what is done ahead of it does not delay that frame. They offer

@@ -38,13 +38,8 @@ export function render({ model }) {
 }
 
 function tableRow(cells, place) {
-  const row = element("tr");
-  row.append(...cells.map((text, column) => {
-    const made = element(text && (place === 0 || column === 0) ? "th" : "td", "", text);
-    if (made.tagName === "TH") made.scope = place === 0 ? "col" : "row";
-    return made;
-  }));
-  return row;
+  return element("tr", "", cells.map((text, column) => (text && (place === 0 || column === 0)
+    ? element("th", "", text, { scope: place === 0 ? "col" : "row" }) : element("td", "", text))));
 }
 
 // Which column of the file is what, where its header does not say so.
@@ -62,12 +57,13 @@ function columnPicker(model) {
   const box = element("fieldset", "columns", [element("legend", "", "Which column is what?")]);
   const rows = COLUMNS.map(([name, words, units]) => {
     const column = element("select");
-    const unit = choice([["", "unit of the header, or none"], ["-", "without dimension"], ...units.map((each) => [each, each])]);
-    unit.setAttribute("aria-label", `Unit: ${words}`);
+    const kinds = [["", "unit of the header, or none"], ["-", "without dimension"], ...units.map((each) => [each, each])];
+    const unit = element("select", "", options(kinds), { "aria-label": `Unit: ${words}` });
     box.append(element("div", "", [element("label", "", [`${words} `, column]), unit]));
     return { name, column, unit };
   });
-  const frame = choice([["xi", "relative to the base"], ["x", "as a fixed sensor sees them (absolute)"]]);
+  const frames = [["xi", "relative to the base"], ["x", "as a fixed sensor sees them (absolute)"]];
+  const frame = element("select", "", options(frames));
   const read = button("Read", "Read the file with these columns", () => {
     const chosen = rows.filter(({ column }) => column.value).map(({ name, column, unit }) => [
       /^\d/.test(name) ? frame.value + name : name, unit.value ? `${column.value} [${unit.value}]` : column.value,
@@ -89,10 +85,6 @@ function columnPicker(model) {
       });
     },
   };
-}
-
-function choice(pairs) {
-  return element("select", "", options(pairs));
 }
 
 // Constants of the system, fitted to the measurement.

@@ -26,7 +26,7 @@ from vibroscope.app.explorer.present import Columns
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.asker import Asker
 from vibroscope.app.page.explore.figures import MotionView
-from vibroscope.app.page.shared.component import LONGEST_NAME, Component, Upload
+from vibroscope.app.page.shared.component import LONGEST_NAME, Component, Upload, too_large
 from vibroscope.app.page.shared.figure import INK, SUBSCRIPTS, empty_source, write
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.tab import TabHost, on_loop
@@ -150,11 +150,9 @@ class Overlay:
     def _begin(self, name: str, size: float) -> None:
         self._remove()
         self._name = name
-        if size > LARGEST_FILE:
-            self._fail(
-                f"The file has {size / 2**20:.1f} MiB, and the page takes {LARGEST_FILE // 2**20}: give fewer periods, "
-                "fewer samples of each, or fewer digits; `vibroscope compare --measured` takes 16 MiB."
-            )
+        fewer = "periods, fewer samples of each, or fewer digits"
+        if why := too_large(size, fewer, "vibroscope compare --measured"):
+            self._fail(why)
         else:
             self._write(phase="reading", name=self._name)
 

@@ -4,8 +4,7 @@ import { button, element, emit, listen } from "../shared/dom.js";
 import { chooser } from "../shared/upload.js";
 
 export function render({ model }) {
-  const open = button("", "", () => {});
-  open.append("+ CSV", element("span", "long", " measurement"));
+  const open = button(["+ CSV", element("span", "long", " measurement")], "", () => {});
   open.title = "Lay a measurement, or the CSV file of a code, over both solutions: choose a file, or drop it on the page";
   const { root, field } = chooser(model, open, {
     largest: model.largest,

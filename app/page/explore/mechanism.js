@@ -2,7 +2,7 @@
 
 import { Instant, MARKED, Marks, SOLVERS, TIME_FIGURES, WINDOW, watchPointer } from "./instant.js";
 import { SystemDrawing } from "../shared/bodies.js";
-import { alignFrames, asObject, button, element, listen, modelOf, oncePerTask, viewOf } from "../shared/dom.js";
+import { alignFrames, button, columnsOf, element, follow, listen, modelOf, oncePer, viewOf, whenever } from "../shared/dom.js";
 
 const STEP = 0.01; // of one key press, in periods
 const REST = 200; // ms
@@ -11,11 +11,11 @@ export function render({ model }) {
   const drawing = new Drawing(model);
   const player = new Player(model, drawing);
   const head = element("h2");
-  const name = () => { head.textContent = model.system.head; };
-  model.on("system", name);
-  name();
+  follow(model, "system", () => { head.textContent = model.system.head; });
   const root = element("div", "mechanism", [head, drawing.element, player.element]);
-  player.begin();
+  // The figures come after this component.
+  const drawn = () => modelOf("displacements") && MARKED.every((name) => viewOf(name)?.has_finished());
+  whenever(drawn, () => player.begin());
   return root;
 }
 
@@ -85,19 +85,14 @@ class Player {
     this.values = { absolute, amplitude, system };
   }
 
-  // Begins when the figures are there; they come after this component.
-  begin(tries = 400) {
-    const source = modelOf("displacements");
-    if (!source || !MARKED.every((name) => viewOf(name)?.has_finished())) {
-      if (tries) setTimeout(() => this.begin(tries - 1), 25);
-      return;
-    }
+  // Begins when the figures are there.
+  begin() {
     this.marks = new Marks();
     alignFrames(TIME_FIGURES.map(viewOf));
-    const changed = oncePerTask(() => {
+    const changed = oncePer(queueMicrotask, () => {
       this.read();
       this.drawing.draw();
-      this.drawing.fit(asObject(source.data));
+      this.drawing.fit(columnsOf("displacements"));
       this.go(this.time);
     });
     // The flash depends on the contact strips, which may change after the displacements.

@@ -5,11 +5,8 @@ import { button, card, element, emit, follow, setText } from "../shared/dom.js";
 export function render({ model }) {
   const root = card("opened", "Motion of a branch");
   const words = element("p", "", "", { role: "status" });
-  root.append(
-    words,
-    button("Back to the branches", "", () => emit("view", { value: "bifurcation" })),
-    button("×", "Close this line", () => model.send_msg({ close: true })),
-  );
+  const back = button("Back to the branches", "", () => emit("view", { value: "bifurcation" }));
+  root.append(words, back, button("×", "Close this line", () => model.send_msg({ close: true })));
   follow(model, "words", () => setText(words, model.words));
   return root;
 }

@@ -1,6 +1,6 @@
 // Suggest K, D, Δτ: the tolerance, the progress of the search, and its result. The server searches and sets the sliders.
 
-import { button, card, cueScroll, drawCard, element, emit, follow, labelled, listen, progressRow, svgElement } from "../shared/dom.js";
+import { button, card, cueScroll, drawCard, element, emit, follow, labelled, listen, onPress, progressRow, svgElement } from "../shared/dom.js";
 
 const WIDE = 284;
 const HIGH = 112;
@@ -188,12 +188,6 @@ function point(cx, cy, texts, name, best) {
   const look = { cx, cy, r: best ? 6 : 4.5, class: best ? "best" : "" };
   const how = { tabindex: 0, role: "button", "aria-label": `Set ${name}` };
   const dot = svgElement("circle", { ...look, ...how }, [svgElement("title", {}, name)]);
-  dot.addEventListener("click", () => emit("set", texts));
-  dot.addEventListener("keydown", (event) => {
-    if (event.key !== "Enter" && event.key !== " ") return;
-    event.preventDefault();
-    event.stopPropagation();
-    emit("set", texts);
-  });
+  onPress(dot, () => emit("set", texts));
   return dot;
 }

@@ -21,7 +21,6 @@ from vibroscope.app.export.drawing import Drawing
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.page.explore.alone import AloneView
-from vibroscope.app.page.explore.coexisting import CoexistingMotions
 from vibroscope.app.page.explore.column_sender import ColumnSender
 from vibroscope.app.page.explore.comparison import PinComparison, PinnedResults
 from vibroscope.app.page.explore.drawn import DrawnFigures
@@ -30,18 +29,19 @@ from vibroscope.app.page.explore.explainer import Explainer, MotionJudge
 from vibroscope.app.page.explore.figures import MotionView
 from vibroscope.app.page.explore.measurement import MeasuredPoints, Overlay
 from vibroscope.app.page.explore.mechanism import Mechanism
-from vibroscope.app.page.explore.opened import OpenedMotion
+from vibroscope.app.page.explore.other_motions import CoexistingMotions, OpenedMotion
 from vibroscope.app.page.explore.result import Findings, Interpretation, Result, prepare
 from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.page.files import style
-from vibroscope.app.page.shared.figure import PARTS, PIN_NAMES
+from vibroscope.app.page.shared.figure import PIN_NAMES
 from vibroscope.app.page.shared.muting import Muting
-from vibroscope.app.page.study.panel import number
-from vibroscope.app.page.tab import COMPUTING, Look, Move, TabHost, TabView
+from vibroscope.app.page.tab import COMPUTING, Look, Move, TabHost, TabView, number
 from vibroscope.app.page.updates import prepare_in_worker
 from vibroscope.engine import Units
 
 _GRID = "explore-grid"  # a class of `explore.css`
+# Entries of legends that come after those of pins.
+_LATER = dict.fromkeys(("phase1", "phase2"), ("measured", "branch")) | {"displacement": ("measured",), "force": ()}
 
 
 class Explore(TabView):
@@ -51,11 +51,7 @@ class Explore(TabView):
     title = "Explore"
     starts = motions = True
     axes = MotionView.spans() | dict.fromkeys(("eta", "section"), LINEAR)
-    legends = {  # noqa: RUF012 - read only
-        **dict.fromkeys(("phase1", "phase2"), ("reference", "penalty", *PIN_NAMES, "measured", "branch")),
-        "displacement": ("reference1", "reference2", "penalty1", "penalty2", *PARTS, *PIN_NAMES, "measured"),
-        "force": ("reference", "reference_impulses", "penalty", "penalty_impulses", *PIN_NAMES),
-    }
+    legends = {name: (*entries, *PIN_NAMES, *_LATER[name]) for name, entries in MotionView.legends().items()}  # noqa: RUF012
 
     chosen: ClassVar = {"phase": 0.0}  # at which a link may hold the motion
 
@@ -94,7 +90,7 @@ class Explore(TabView):
         self.ranges = self.motion.ranges | self.eta_map.ranges
         figures = [self.motion.figures[name] for name in ("phase1", "phase2", "displacement", "strip", "force")]
         figures.append(self.eta_map.figure)
-        self.muting = Muting(self.legends, figures)
+        self.muting = Muting(self.legends, self.motion.items)
         self.motion.on_legend = self.motion.pinned.on_legend = self.muting.watch
         self._points = MeasuredPoints(self.motion)
         self._measured.button.css_classes = [*self._measured.button.css_classes, "measurement-choice"]
@@ -170,8 +166,8 @@ class Explore(TabView):
         """Compute and draw."""
         self._visible = True
         self._fresh |= move.fresh
-        self._explainer.cancel()
-        self._judge.cancel()
+        self._explainer.drop()
+        self._judge.drop()
         self._measured.cancel()
         self._follow(move.setting)
         self._push_shipped(move)
@@ -193,15 +189,15 @@ class Explore(TabView):
     def hide(self) -> None:
         """Another tab was opened: what is still computed will not be drawn."""
         self._visible = False
-        self._judge.cancel()
+        self._judge.drop()
         self._suggester.cancel()
         self._coexisting.hide()
-        self._map.cancel()
+        self._map.drop()
 
     def close(self) -> None:
         """The session has ended."""
         for part in (self._map, self._explainer, self._judge, self._pinned):
-            part.cancel()
+            part.drop()
         for part in (self._queue, self._measured, *self._followers):
             part.close()
 

@@ -2,8 +2,10 @@
 
 import { takeAwayMenu } from "./take_away.js";
 import { tour } from "./tour.js";
-import { adaptToTouch, button, element, emit, follow, inPage, labelled, listen, preferences, setText } from "../shared/dom.js";
-import { fitFigure, fitted } from "../shared/fit.js";
+import {
+  adaptToTouch, button, element, emit, follow, inPage, labelled, listen, preferences, setText, whenever,
+} from "../shared/dom.js";
+import { fitFigure } from "../shared/fit.js";
 import { darken, themeButton } from "../shared/theme.js";
 
 const ONLY_TOUCH = matchMedia("(hover: none) and (pointer: coarse)"); // no keys to list
@@ -13,14 +15,11 @@ export function render({ model }) {
   const title = element("h1", "", "Vibroscope");
   const keys = keyDialog(() => tour(root, true), themeButton(model));
   const takeAway = takeAwayMenu(model);
-  const tools = element("div", "tools");
-  tools.append(
-    takeAway.element,
-    button("?", "Tour, keys and help (?)", () => keys.open()),
-  );
+  const tools = element("div", "tools", [takeAway.element, button("?", "Tour, keys and help (?)", () => keys.open())]);
   const { tabs, views } = navigation(model);
   const bar = element("div", "bar", [title, tabs, tools]);
-  root.append(skipLink(), bar, question(model, views), compilationLine(model), errorLine(model), noteLine(model), summary(model), keys.element, glossaryNote());
+  const messages = [compilationLine(model), messageLine(model, "error", "alert"), messageLine(model, "note", "status")];
+  root.append(skipLink(), bar, question(model, views), ...messages, summary(model), keys.element, glossaryNote());
   shortcuts(root, keys, takeAway);
   const adaptFigures = () => { darken(); adaptToTouch(allFigures()); fitFigures(); };
   for (const name of ["view", "offers"]) model.on(name, () => whenDrawn(root, adaptFigures)); // there are other figures
@@ -56,19 +55,12 @@ function markPanel(model) {
   open.ariaLabel = title;
 }
 
-// A figure of a view that has just been opened is in the document some time before it is on the page, on a loaded
-// machine a long time.
-function fitFigures() {
-  const fitted = allFigures().map(fitFigure);
-  if (!fitted.every(Boolean)) setTimeout(fitFigures, 50);
-}
+// A figure of a view that has just been opened is in the document some time before it is on the page.
+const fitFigures = () => whenever(() => allFigures().map(fitFigure).every(Boolean), () => {});
 
 // Calls `act` when the figures are drawn and `root` is in the page; either may be first.
-function whenDrawn(root, act, wait = 0) {
-  setTimeout(() => {
-    if (root.isConnected && window.Bokeh?.documents[0]?.is_idle) act();
-    else whenDrawn(root, act, 50);
-  }, wait);
+function whenDrawn(root, act) {
+  setTimeout(() => whenever(() => root.isConnected && window.Bokeh?.documents[0]?.is_idle, act));
 }
 
 // Curves of pins, of a measurement or of a search come when the server has made them, before or after their words.
@@ -169,27 +161,16 @@ function compilationLine(model) {
   return line;
 }
 
-function errorLine(model) {
-  const line = messageLine("error", "alert", () => { model.error = ""; });
-  follow(model, "error", () => line.show(model.error));
-  return line.element;
-}
-
-// What a file that was loaded leaves out.
-function noteLine(model) {
-  const line = messageLine("note", "status", () => { model.note = ""; });
-  follow(model, "note", () => line.show(model.note));
-  return line.element;
-}
-
-function messageLine(name, role, close) {
+// What was refused or has failed, or what a file that was loaded leaves out.
+function messageLine(model, name, role) {
   const text = element("span");
-  const line = element("div", `message ${name}`, [text, button("Close", "Close this message", close)], { role });
-  const show = (words) => {
-    text.textContent = words;
-    line.hidden = !words;
-  };
-  return { element: line, show };
+  const close = button("Close", "Close this message", () => { model[name] = ""; });
+  const line = element("div", `message ${name}`, [text, close], { role });
+  follow(model, name, () => {
+    text.textContent = model[name];
+    line.hidden = !model[name];
+  });
+  return line;
 }
 
 function summary(model) {
@@ -250,13 +231,12 @@ function keyDialog(startTour, theme) {
   single.className = "single";
   box.addEventListener("change", () => preferences.set("keys", box.checked ? "on" : "off"));
   const then = (act) => () => { dialog.close(); act(); };
-  const row = element("div", "row");
-  row.append(
+  const row = element("div", "row", [
     button("Tour", "From the problem to a suggestion, in six steps", then(startTour)),
     theme,
     button("Open Help", "", then(() => emit("view", { value: "help" }))),
     button("Close", "", then(() => {})),
-  );
+  ]);
   if (!ONLY_TOUCH.matches) dialog.append(element("h2", "", "Keys"), list, single);
   dialog.append(row);
   return { element: dialog, open: () => dialog.showModal() };

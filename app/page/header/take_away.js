@@ -1,17 +1,15 @@
 // The take-away menu. All files come from the server, on request.
 
-import { button, element, inPage, listen, preferences } from "../shared/dom.js";
+import { button, element, fileField, inPage, labelled, listen, preferences } from "../shared/dom.js";
 
 const LARGEST_FILE = 65_536; // bytes
 const PARTS = /[^]{1,1900}/gu; // the server accepts no longer texts; `u`: no surrogate pair is cut
 
 export function takeAwayMenu(model) {
   const box = element("details", "take-away");
-  const head = element("summary", "", "Take away");
-  head.title = "Figures, data, parameters, script, link, report (T)";
+  const head = element("summary", "", "Take away", { title: "Figures, data, parameters, script, link, report (T)" });
   const panel = element("div", "menu");
-  const status = element("p", "status");
-  status.setAttribute("role", "status");
+  const status = element("p", "status", "", { role: "status" });
   const copying = new Set(); // requested files that are to be copied, not saved; the last request counts
   const ask = (what) => { copying.delete(what); model.send_msg({ take: what }); };
   const askDrawn = (what) => ask(`${what}?${size.read()}`);
@@ -72,13 +70,6 @@ export function takeAwayMenu(model) {
 
 // The file is read here; the server checks its content, and accepts all of it or nothing.
 function loadButton(model, status) {
-  const field = element("input");
-  Object.assign(field, { type: "file", accept: ".toml", hidden: true });
-  field.addEventListener("change", () => {
-    const [file] = field.files;
-    field.value = "";
-    if (file) load(file);
-  });
   const load = async (file) => {
     if (file.size > LARGEST_FILE) {
       status.textContent = `This file is larger than ${LARGEST_FILE} bytes, so it is no parameter file.`;
@@ -90,6 +81,7 @@ function loadButton(model, status) {
     model.send_msg({ load: Object.fromEntries(parts.map((part, i) => [String(i), part])) });
     status.textContent = "";
   };
+  const field = fileField(load, ".toml");
   listen("load-parameters", ({ file }) => load(file)); // that is dropped on the page
   const open = button("Load", "Load parameters from a TOML file", () => field.click());
   return element("span", "load", [open, field]);
@@ -118,22 +110,19 @@ async function copyText(text, status) {
 
 // Fields for the size of the pictures: empty ones mean as on the page.
 function sizeFields() {
-  const box = element("div", "item sizes");
+  const title = "A column of a journal is about 85 mm wide, a page 170 mm. Empty: as large as on the page.";
+  const box = element("div", "item sizes", [element("span", "", "Pictures")], { title });
   const field = (name, words, [low, high], usual, unit) => {
-    const label = element("label", "", `${words} `);
-    const input = element("input");
-    Object.assign(input, { type: "number", min: low, max: high, value: preferences.get(name) ?? usual, placeholder: "as shown" });
-    input.setAttribute("aria-label", `${words} in ${unit}`);
+    const numbers = { type: "number", min: low, max: high, value: preferences.get(name) ?? usual, placeholder: "as shown" };
+    const [input, label] = labelled(`${words} `, numbers, { "aria-label": `${words} in ${unit}` });
     input.addEventListener("change", () => preferences.set(name, input.value));
-    label.append(input, ` ${unit}`);
+    label.append(` ${unit}`);
     box.append(label);
     return input;
   };
-  box.append(element("span", "", "Pictures"));
   const width = field("picture-width", "Width", [20, 500], "", "mm");
   const height = field("picture-height", "Height", [20, 500], "", "mm");
   const dpi = field("picture-dpi", "PNG", [50, 1200], 300, "dpi");
-  box.title = "A column of a journal is about 85 mm wide, a page 170 mm. Empty: as large as on the page.";
   const read = () => new URLSearchParams({ // empty ones mean as on the page; the server checks them
     width: width.value, height: height.value, dpi: dpi.value, page: location.origin + location.pathname,
     dark: Number(document.documentElement.dataset.theme === "dark"), bodies: inPage("svg.moving")?.outlines() ?? "",

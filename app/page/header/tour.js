@@ -25,7 +25,7 @@ const STEPS = [
 export function tour(root, requested) {
   const skipped = navigator.webdriver || new URLSearchParams(location.search).get("tour") === "0";
   if (!requested && (skipped || preferences.get("tour") === "seen")) return;
-  const dialog = element("dialog", "tour");
+  const dialog = element("dialog", "tour", "", { "aria-label": "Tour" });
   const head = element("h2");
   const text = element("p", "", "", { "aria-live": "polite" });
   const count = element("span", "count");
@@ -37,7 +37,6 @@ export function tour(root, requested) {
   const skip = button("Skip", "Skip the tour", () => dialog.close());
   const row = element("div", "row", [count, skip, practise, back, next]);
   dialog.append(head, text, row);
-  dialog.setAttribute("aria-label", "Tour");
   dialog.addEventListener("close", () => { mark(null); stop(); dialog.remove(); });
   const step = (to) => {
     if (to >= STEPS.length) return dialog.close();

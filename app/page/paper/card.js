@@ -2,7 +2,7 @@
 // server when it comes into view, where the claim is then checked; in a hidden tab it never does. Only textContent is
 // set, so that no text can become markup.
 
-import { button, card, drawCard, element, emit } from "../shared/dom.js";
+import { button, drawCard, element, emit, say, whenever } from "../shared/dom.js";
 
 const MARKS = { agrees: "✓ agrees", differs: "≠ differs", "shown by example": "○ shown by example" };
 const AGREES = { agrees: "true", differs: "false", "shown by example": "example" };
@@ -10,8 +10,7 @@ const AGREES = { agrees: "true", differs: "false", "shown by example": "example"
 export function render({ model }) {
   const { name, place, text, title } = model.claim;
   const verdict = element("strong", "verdict");
-  const heading = element("h3", "", name);
-  heading.append(element("small", "", place));
+  const heading = element("h3", "", [name, element("small", "", place)]);
   const head = element("header", "", [heading, verdict]);
   const found = element("p", "found");
   const why = element("p", "why");
@@ -30,13 +29,12 @@ export function render({ model }) {
     check.hidden = known || Boolean(error);
     check.textContent = cancelled ? "Check" : "Cancel";
     check.setAttribute("aria-label", `${cancelled ? "Check" : "Cancel the check of"} ${name}`);
-    why.textContent = model.found.why ?? "";
-    why.hidden = !why.textContent;
+    say(why, model.found.why);
     root.setAttribute("aria-busy", String(!known && !error && !cancelled));
   };
   drawCard(root, model, "found", draw);
   // Until the page is laid out, all cards lie in view.
-  whenIdle(() => whenSeen(root, () => model.send_msg({ seen: true })));
+  whenever(() => window.Bokeh?.documents[0]?.is_idle, () => whenSeen(root, () => model.send_msg({ seen: true })));
   return root;
 }
 
@@ -52,9 +50,4 @@ function whenSeen(node, act) {
     act();
   }, { rootMargin: "120px" });
   watch.observe(node);
-}
-
-function whenIdle(act, tries = 100) {
-  if (window.Bokeh?.documents[0]?.is_idle) act();
-  else if (tries > 0) setTimeout(() => whenIdle(act, tries - 1), 50);
 }

@@ -7,7 +7,7 @@ import numpy as np
 from bokeh.models import BasicTickFormatter, LinearColorMapper, Range1d
 from bokeh.plotting import figure
 from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.page.shared.figure import BLUE, CLICK, INK, SOLUTIONS, VERMILLION, make_figure, scene_line
+from vibroscope.app.page.shared.figure import BLUE, CLICK, INK, SHADES, SOLUTIONS, VERMILLION, make_figure, scene_line
 from vibroscope.app.page.shared.ranges import OwnedRange, extent
 from vibroscope.app.paper import CellMap, PhasePlots, Picture, TimeHistory
 from vibroscope.app.studies.bifurcation import raster
@@ -19,7 +19,6 @@ _DOTS = {
 }
 _DASHES = ("dashed", "solid")  # pendulums 1 and 2
 KINDS = [VERMILLION, "#C6CDD4", BLUE]  # wrong, in between, right
-_SHADES = ["#FFFFFF00", *(f"{BLUE}{alpha:02X}" for alpha in range(1, 256))]
 _TICKS = [digit * 10**power for power in range(6) for digit in (1, 2, 5)]  # of a logarithmic axis
 _PIXELS = (640, 260)
 # Small, without tools: the card's button opens the setting where it can be explored.
@@ -135,7 +134,7 @@ def _(picture: Diagram, name: str) -> figure:
     words = "", "excitation frequency η = Ω/ω₁", "displacement ξ₂ / base amplitude"
     plot = make_figure(*words, **_OPTIONS, name=name, **axes)
     shades = raster(picture.eta, values, x, y, *_PIXELS)
-    _add_image(plot, shades, x, y, LinearColorMapper(palette=_SHADES, low=0, high=255))
+    _add_image(plot, shades, x, y, LinearColorMapper(palette=SHADES, low=0, high=255))
     for key in "ABCD":
         plot.add_layout(scene_line(scenes()[key].eta))
     return plot

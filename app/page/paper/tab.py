@@ -101,7 +101,7 @@ class Paper(TabView):
 
     def __init__(self, host: TabHost) -> None:
         super().__init__(host)
-        self.muting = Muting(self.legends, [])
+        self.muting = Muting(self.legends, {})
         self.cards: dict[str, ClaimCard] = {}
         self.slots: dict[str, pn.Column] = {}
         self._requested: set[str] = set()  # came into view, and not checked yet

@@ -16,6 +16,16 @@ from vibroscope.app.page.files import esm, style
 LONGEST_NAME = 80
 
 
+def too_large(size: float, fewer: str, command: str) -> str:
+    """Why the page does not take a file of so many bytes, and what does; empty if it takes it."""
+    if size <= LARGEST_FILE:
+        return ""
+    most = LARGEST_FILE // 2**20
+    return (
+        f"The file has {size / 2**20:.1f} MiB, and the page takes {most}: give fewer {fewer}; `{command}` takes 16 MiB."
+    )
+
+
 class Upload:
     """Puts the parts of a file together.
 

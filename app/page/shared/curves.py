@@ -6,15 +6,17 @@ is seen. Its sources, ranges and legend entries follow from the tables, and so d
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from bokeh.models import Glyph, LegendItem, LinearAxis
+from bokeh.models import ColumnDataSource, Glyph, Image, LegendItem, LinearAxis, LinearColorMapper, Scatter
 from bokeh.plotting import figure
 from vibroscope.app.explorer.link import LINEAR, LOGARITHMIC, Span
 from vibroscope.app.explorer.present import as_float32
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.figure import (
+    VERMILLION,
     add_glyph,
     apply_style,
     axes_of,
@@ -29,7 +31,12 @@ from vibroscope.app.page.shared.ranges import MARGIN, OwnedRange, UnitAxis, exte
 from vibroscope.app.page.shared.seen import say
 from vibroscope.engine.facts import Statement
 
-_PLACES = {"x": ("x", "x0", "x1", "left", "right"), "y": ("y", "y0", "y1", "bottom", "top")}  # of a glyph
+AWAITED = "Being computed …"  # the title of a figure in which there is nothing yet
+_PLACES = {  # of a glyph: along each side, and of a picture
+    "x": ("x", "x0", "x1", "left", "right"),
+    "y": ("y", "y0", "y1", "bottom", "top"),
+    "picture": ("image", "dw", "dh"),
+}
 
 
 class Axis(NamedTuple):
@@ -64,9 +71,10 @@ class Curve(NamedTuple):
 
     Attributes
     ----------
-    glyph : type
+    glyph : callable
+        Makes the glyph.
     source : str
-        Its name.
+        Its name; that of one which nothing in the browser asks for begins with "_".
     look : mapping
         Properties of the glyph.
     hovered : bool
@@ -75,26 +83,28 @@ class Curve(NamedTuple):
         It is drawn over what has a smaller one.
     on_right : bool
         Whether the axis at the right is its vertical one.
+    level : str
+        Of Bokeh: it is drawn over what has a lower one.
     """
 
-    glyph: type[Glyph]
+    glyph: Callable[..., Glyph]
     source: str
     look: Mapping[str, object]
     hovered: bool = False
     layer: int = 0
     on_right: bool = False
+    level: str = "glyph"
 
-    def columns(self, sides: str = "xy") -> list[str]:
+    def columns(self, *sides: str) -> list[str]:
         """The columns that place it along these sides."""
         names = (self.look.get(place) for side in sides for place in _PLACES[side])
         return list(dict.fromkeys(name for name in names if isinstance(name, str)))
 
 
-def curve(
-    glyph: type[Glyph], source: str, *, hovered: bool = False, layer: int = 0, on_right: bool = False, **look: object
-) -> Curve:
+def curve(glyph: Callable[..., Glyph], source: str, **look: object) -> Curve:
     """A `Curve` with these properties."""
-    return Curve(glyph, source, look, hovered, layer, on_right)
+    own = {name: look.pop(name) for name in Curve._fields if name in look}
+    return Curve(glyph, source, look, **own)
 
 
 def inside(columns: int) -> Callable[[figure, list[LegendItem]], None]:
@@ -146,7 +156,7 @@ class Plot(NamedTuple):
 
 
 def _on(plot: Plot, drawn: Curve) -> dict[str, str]:
-    return {"y_range_name": plot.right} if drawn.on_right else {}
+    return {"level": drawn.level} | ({"y_range_name": plot.right} if drawn.on_right else {})
 
 
 class Curves:
@@ -172,7 +182,10 @@ class Curves:
         self.ranges = {
             name: OwnedRange(axis.low, axis.high, headroom=axis.headroom) for name, axis in self.axes.items()
         }
-        self.sources = {name: empty_source(name, *columns) for name, columns in self._columns().items()}
+        self.sources = {
+            name: empty_source(None if name.startswith("_") else name, *columns)
+            for name, columns in self._columns().items()
+        }
         self.items: dict[tuple[str, str], LegendItem] = {}
         self.figures = {name: self._build(name, plot) for name, plot in self.plots.items()}
         self.units = {name: self._unit_axis(name) for name, axis in self.axes.items() if axis.quantity}
@@ -198,7 +211,7 @@ class Curves:
         for plot in cls.plots.values():
             told = re.findall(r"@(\w+)", " ".join(plot.tips.values()))
             for _, each in plot.curves:
-                found.setdefault(each.source, []).extend([*each.columns(), *(told if each.hovered else ())])
+                found.setdefault(each.source, []).extend([*each.columns(*_PLACES), *(told if each.hovered else ())])
         return {source: list(dict.fromkeys(columns)) for source, columns in found.items()}
 
     def _build(self, name: str, plot: Plot) -> figure:
@@ -239,6 +252,9 @@ class Curves:
             words, quantity = others.get(name, self.axes[name][2:4])
             shown.show(*quantity_axis(setting, reword(words), quantity))
 
+    def fit_axes(self, setting: Setting) -> None:
+        """Let the axes cover what a setting needs that is shown next."""
+
     def changes_to(self, drawn: object) -> bool:
         """Whether this is not what was drawn before, such as another question: it is what is drawn now."""
         before, self._drawn = self._drawn, drawn
@@ -275,3 +291,58 @@ class Curves:
             if plot.axis(side, each) == name
             for column in each.columns(side)
         ]
+
+
+# ---- cells of a study, as a picture whose every pixel is a class of a palette ----------------------------------------
+
+_PLACE = ("x", "y", "dw", "dh")
+
+
+class CellsView(Curves):
+    """Figures of cells with the same axes; these fill them, so that they have no grid."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        for plot in self.figures.values():
+            plot.xgrid.visible = plot.ygrid.visible = False
+
+
+def cells(source: str, palette: Sequence[str], **more: object) -> Curve:
+    """The picture of a source."""
+    return curve(partial(_picture, palette), source, **{name: name for name in ("image", *_PLACE)}, **more)
+
+
+def _picture(palette: Sequence[str], **place: str) -> Image:
+    return Image(color_mapper=LinearColorMapper(palette=list(palette), low=-0.5, high=len(palette) - 0.5), **place)
+
+
+def mark(source: str, x: str, y: str) -> Curve:
+    """The setting of the page over the cells, at these columns of a source."""
+    look = {"marker": "diamond_cross", "size": 17, "fill_color": "#FFFFFF", "fill_alpha": 0.85}
+    return curve(Scatter, source, x=x, y=y, **look, line_color=VERMILLION, line_width=2.2, level="overlay")
+
+
+def write_cells(
+    source: ColumnDataSource,
+    picture: np.ndarray,
+    x: tuple[float, float],
+    y: tuple[float, float],
+    **more: np.ndarray,
+) -> None:
+    """Show a picture, (rows over y, columns over x), between these edges, where it differs from what is shown."""
+    place = dict(zip(_PLACE, (x[0], y[0], x[1] - x[0], y[1] - y[0]), strict=True))
+    arrays = {"image": picture} | more
+    same = all(_same(source.data[name], array) for name, array in arrays.items())
+    if not same or any(source.data[name] != [value] for name, value in place.items()):
+        source.data = {name: [value] for name, value in (arrays | place).items()}
+
+
+def _same(old: Sequence[np.ndarray], new: np.ndarray) -> bool:
+    return bool(len(old)) and old[0].shape == new.shape and bool((old[0] == new).all())
+
+
+def rounded_view(shown: tuple[float, float], low: float, high: float) -> tuple[float, float]:
+    """The part of an axis in view, rounded so that the same view is the same question; all of it where none is left."""
+    ends = [float(f"{np.clip(end, low, high):.4g}") for end in shown]
+    least = 0.001 * max(abs(end) for end in ends)
+    return tuple(ends) if ends[1] - ends[0] > least else (low, high)

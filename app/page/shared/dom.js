@@ -40,6 +40,12 @@ export function setText(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
 
+// Writes a text, and shows its node while there is one.
+export function say(node, text) {
+  setText(node, text || "");
+  node.hidden = !text;
+}
+
 // Chooses an entry of a list where another one is chosen: Chromium examines all fields of a page whenever a script chooses
 // one, also the same: 14 % more of the main thread for a key press.
 export function choose(select, value) {
@@ -64,6 +70,28 @@ export function labelled(words, properties, attributes = {}) {
   if (field.title) field.setAttribute("aria-label", field.title);
   const label = element("label", "", ["checkbox", "radio"].includes(field.type) ? [field, words] : [words, field]);
   return [field, label];
+}
+
+// A hidden field that chooses a file, for which a button stands.
+export function fileField(take, accept = "") {
+  const field = Object.assign(element("input"), { type: "file", accept, hidden: true });
+  field.addEventListener("change", () => {
+    const [file] = field.files;
+    field.value = ""; // so that the same file can be chosen again
+    if (file) take(file);
+  });
+  return field;
+}
+
+// Acts at a click and at the keys that press a button, of an element that is none.
+export function onPress(node, act) {
+  const pressed = (event) => {
+    event.preventDefault(); // a label would hand the click on to its field
+    event.stopPropagation();
+    act();
+  };
+  node.addEventListener("click", pressed);
+  node.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") pressed(event); });
 }
 
 // Entries of a list, from pairs of value and text.
@@ -101,14 +129,20 @@ export const preferences = {
   },
 };
 
-// A function that calls `act` once for all its calls in the present task.
-export const oncePerTask = (act) => {
+// A function that calls `act` once for all its calls in the present task, or before the next frame.
+export const oncePer = (schedule, act) => {
   let due = false;
   return () => {
-    if (!due) queueMicrotask(() => { due = false; act(); });
+    if (!due) schedule(() => { due = false; act(); });
     due = true;
   };
 };
+
+// Calls `act` once `ready` holds: what a component needs comes a moment after it, on a loaded machine a long time.
+export function whenever(ready, act) {
+  if (ready()) act();
+  else setTimeout(() => whenever(ready, act), 25);
+}
 
 // Shows a cue at the lower edge of a box that scrolls, as long as there is more below (`scroll_cue.css`). The box is
 // ``content`` itself, or else the host of its component.
@@ -167,11 +201,7 @@ export function alignFrames(views) {
     const min_border_right = needed(right, "right");
     for (const { model } of views) model.setv({ min_border_left, min_border_right }, LOCAL);
   };
-  let due = false;
-  const fitSoon = () => {
-    if (!due) requestAnimationFrame(() => { due = false; fit(); });
-    due = true;
-  };
+  const fitSoon = oncePer(requestAnimationFrame, fit);
   for (const { model } of views) {
     model.properties.inner_width.change.connect(fitSoon);
     const ranges = [model.y_range, ...Object.values(asObject(model.extra_y_ranges))];
@@ -182,6 +212,7 @@ export function alignFrames(views) {
 }
 // Columns of a source; Bokeh keeps them as a Map or as an object.
 export const asObject = (data) => (data instanceof Map ? Object.fromEntries(data) : data);
+export const columnsOf = (name) => asObject(modelOf(name)?.data ?? {});
 
 // ---- terms of the glossary ----
 
@@ -252,13 +283,7 @@ function markTerm(text, known) {
     Object.assign(term, { role: "button", tabIndex: 0, ariaHasPopup: "dialog" });
     word.replaceWith(term);
     term.append(word);
-    const open = (event) => {
-      event.preventDefault(); // a label would hand the click on to its field
-      event.stopPropagation();
-      emit("explain", { entry, term });
-    };
-    term.addEventListener("click", open);
-    term.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") open(event); });
+    onPress(term, () => emit("explain", { entry, term }));
   }
 }
 

@@ -52,6 +52,9 @@ PIN_NAMES = ("pinned", *(f"pinned{number}" for number in range(2, len(PINS) + 1)
 
 _APART = 4  # px between the labels of two ticks at least; where there is less room, some ticks have none
 
+# A cloud of points as a picture, from transparent to blue: the more of them fall on a pixel, the darker it is.
+SHADES = ["#FFFFFF00", *(f"{BLUE}{alpha:02X}" for alpha in range(1, 256))]
+
 CLICK = "hide"  # what a click on a legend entry does to its curves; `muting.py` keeps it
 
 BARE = {"tools": "", "active_drag": None, "toolbar_location": None}  # a figure that is no place to zoom
@@ -361,8 +364,8 @@ class PinnedCurves:
                 show_entry(item, number < self._pinned and name not in self._away)
 
 
-def empty_source(name: str, *columns: str) -> ColumnDataSource:
-    """A named source with these columns and no rows."""
+def empty_source(name: str | None, *columns: str) -> ColumnDataSource:
+    """A source with these columns and no rows."""
     return ColumnDataSource({column: np.empty(0, np.float32) for column in columns}, name=name)
 
 

@@ -2,7 +2,7 @@
 // legend that is wider than its frame goes above it. The names of the figures for screen readers are made of the same
 // texts.
 
-import { LOCAL } from "./dom.js";
+import { LOCAL, oncePer } from "./dom.js";
 
 const EDGE = 4; // px left free beside a text
 const LEGEND_MARGIN = 20; // px of a legend beside its entries
@@ -104,7 +104,7 @@ function nameFigure(view) {
   stop.setAttribute("aria-label", [title || figure.name, ...axes].join(", "));
 }
 
-export const fitted = new WeakSet(); // views that are followed
+const fitted = new WeakSet(); // views that are followed
 
 // Fits a figure now, and whenever its size or one of its texts changes. Returns whether it is on the page.
 export function fitFigure(figure) {
@@ -112,18 +112,13 @@ export function fitFigure(figure) {
   if (!view?.frame) return false;
   if (fitted.has(view)) return true;
   fitted.add(view);
-  let due = false;
   const fit = () => {
-    due = false;
     nameFigure(view);
     if (view.bbox.width < 2 || !view.el.isConnected) return; // in a hidden tab
     fitLegend(view);
     fitTexts(view);
   };
-  const later = () => {
-    if (!due) requestAnimationFrame(fit);
-    due = true;
-  };
+  const later = oncePer(requestAnimationFrame, fit);
   const { properties } = figure;
   const legend = legendOf(figure);
   if (legend && matchMedia("(pointer: coarse)").matches) {

@@ -1,10 +1,9 @@
 """Muted legend entries, by figure and name: their curves are hidden."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from bokeh.models import LegendItem
-from bokeh.plotting import figure
 
 _Entry = tuple[str, str]  # names of a figure and of an entry of its legend
 _MUTED = "muted"  # a tag of an entry
@@ -24,18 +23,17 @@ def show_entry(item: LegendItem, shown: bool) -> None:
 class Muting:
     """Muted entries of some figures' legends; ``names`` gives the entries of each figure in the order of its legend.
 
-    The browser hides the curves of an entry at a click, and shows them at the next.
+    The browser hides the curves of an entry at a click, and shows them at the next. ``items`` are those that there are:
+    others may come later, see `watch`.
     """
 
-    def __init__(self, names: Mapping[str, Sequence[str]], figures: Iterable[figure]) -> None:
+    def __init__(self, names: Mapping[str, Sequence[str]], items: Mapping[_Entry, LegendItem]) -> None:
         self.on_mute: Callable[[], None] = lambda: None  # called when the user mutes or unmutes an entry
         self._names = names
         self._linked: set[_Entry] = set()  # muted by a link before they were there
         self._items: dict[_Entry, LegendItem] = {}
-        for plot in figures:
-            # The last entries of a legend may be added later.
-            for name, item in zip(names.get(plot.name, ()), plot.legend[0].items if plot.legend else (), strict=False):
-                self.watch(plot.name, name, item)
+        for (plot, name), item in items.items():
+            self.watch(plot, name, item)
 
     def watch(self, plot: str, name: str, item: LegendItem) -> None:
         """Mute this entry of the legend of a figure, too."""

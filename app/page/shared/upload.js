@@ -1,6 +1,6 @@
 // A file for the server: the button that chooses it, and the page as a place to drop it. The server checks the content.
 
-import { element, emit } from "./dom.js";
+import { element, emit, fileField } from "./dom.js";
 
 const PARTS = /[^]{1,1900}/g; // the server accepts no longer texts
 const PER_MESSAGE = 20; // parts; the server accepts no longer messages
@@ -8,13 +8,8 @@ const PER_MESSAGE = 20; // parts; the server accepts no longer messages
 // A box with a button that chooses a file of at most `largest` bytes. A file that is dropped goes to the box that can be
 // seen, else to the first one, after `show`; parameters go where "Parameters from a file" reads them.
 export function chooser(model, open, { largest, drop, show }) {
-  const field = element("input");
-  Object.assign(field, { type: "file", hidden: true });
-  const take = (file) => { if (file) send(model, file, largest); };
-  field.addEventListener("change", () => {
-    take(field.files[0]);
-    field.value = ""; // so that the same file can be chosen again
-  });
+  const take = (file) => send(model, file, largest);
+  const field = fileField(take);
   open.addEventListener("click", () => field.click());
   const sign = element("div", "drop", drop);
   sign.hidden = true;
@@ -58,6 +53,6 @@ function watchDrops() {
     if (/\.toml$/i.test(file?.name)) { emit("load-parameters", { file }); return; } // of a system, or of the page
     const box = seen() ?? boxes[0];
     if (!seen()) box.show?.();
-    box.take(file);
+    if (file) box.take(file);
   });
 }

@@ -1,30 +1,18 @@
 """Basins: which start leads to which motion, and from which starts the penalty model ends on another one."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 import panel as pn
-from bokeh.events import Tap
-from bokeh.models import LegendItem
-from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import method_options, sweep_command, sweep_python
-from vibroscope.app.page.shared.cells import (
-    add_cells,
-    add_mark,
-    cells_figure,
-    cells_source,
-    listen,
-    rounded_view,
-    write_cells,
-)
-from vibroscope.app.page.shared.figure import divisor, empty_source, hover_tool, legend_above, write
-from vibroscope.app.page.shared.ranges import OwnedRange, UnitAxis
+from vibroscope.app.page.shared.curves import AWAITED, Axis, CellsView, Plot, cells, mark, rounded_view, write_cells
+from vibroscope.app.page.shared.figure import divisor, legend_above
 from vibroscope.app.page.shared.seen import say
 from vibroscope.app.page.study.tab import StudyView, free_obstacle
 from vibroscope.app.page.tab import Move
@@ -51,27 +39,28 @@ WHOLE = (0.0, 1.0)  # of a period
 NAMES = {"reference": "Reference", "penalty": "Penalty model"}
 
 
-class BasinView:
+def default_span(system: System, eta: float) -> tuple[float, float]:
+    """How far starts reach at first: REACH times the largest amplitude or clearance of the system."""
+    drive = system.excitation
+    size = max(abs(value) for value in (drive.base_amplitude(eta), drive.force1, drive.force2, system.clearance)) or 1.0
+    reach = float(f"{REACH * size:.2g}")
+    return -reach, reach
+
+
+def _basin(side: str) -> Plot:
+    entries = {
+        "cells": ("", [cells(f"basin_{side}_cells", PALETTE, hovered=True)]),
+        "start": ("start that is set", [mark("basin_mark", "x", "y")]),
+    }
+    tips = {"motion": "@motion", "repeats after (periods)": "@period"}
+    return Plot(AWAITED, "start_x", "start_y", entries, tips, legend=legend_above)
+
+
+class BasinView(CellsView):
     """Two figures with the same axes and colours."""
 
-    def __init__(self, on_start: Callable[[float, float], None], on_zoom: Callable[[], None]) -> None:
-        self._on_start = on_start
-        first = default_span(System(), 1.0)
-        self.ranges = {name: OwnedRange(*first) for name in ("start_x", "start_y")}
-        self.sources = {side: cells_source(f"basin_{side}_cells", "motion", "period") for side in SIDES}
-        self.mark = empty_source("basin_mark", "x", "y")
-        self.figures = {side: self._figure(side) for side in SIDES}
-        plots = list(self.figures.values())
-        self._axes = {name: UnitAxis(self.ranges[name], name[-1], *plots) for name in self.ranges}
-        listen(plots, self.on_tap, on_zoom)
-
-    def _figure(self, side: str) -> figure:
-        plot = cells_figure(f"basin_{side}", *self.ranges.values())
-        cells = add_cells(plot, self.sources[side], PALETTE)
-        plot.add_tools(hover_tool([cells], {"motion": "@motion", "repeats after (periods)": "@period"}))
-        mark = add_mark(plot, "x", "y", self.mark)
-        legend_above(plot, [LegendItem(label="start that is set", renderers=[mark])])
-        return plot
+    axes = dict.fromkeys(("start_x", "start_y"), Axis(*default_span(System(), 1.0), quantity="displacement"))
+    plots = {f"basin_{side}": _basin(side) for side in SIDES}  # noqa: RUF012 - read only
 
     def hold(self, setting: Setting, axes: tuple[str, str]) -> None:
         """Set the axes to the range of starts that suits the system, and that of a phase to one period."""
@@ -80,54 +69,42 @@ class BasinView:
             owned.put(*(WHOLE if axis == PHASE else span))
 
     @property
-    def spans(self) -> dict[str, tuple[float, float]]:
+    def in_view(self) -> dict[str, tuple[float, float]]:
         """The parts of both axes that are in view."""
         return {name[-1]: rounded_view(owned.ends, *LINEAR) for name, owned in self.ranges.items()}
 
-    def spans_of(self, axes: tuple[str, str]) -> dict[str, tuple[float, float]]:
+    def in_view_of(self, axes: tuple[str, str]) -> dict[str, tuple[float, float]]:
         """The parts of these axes that are in view; that of a phase is at most a period."""
         return {
             name: (within(span) if axis == PHASE else span)
-            for (name, span), axis in zip(self.spans.items(), axes, strict=True)
+            for (name, span), axis in zip(self.in_view.items(), axes, strict=True)
         }
 
     def update(self, setting: Setting, axes: tuple[str, str], result: PartialBasin | None) -> None:
         """Move the mark; draw the cells as far as they are known."""
         for name, axis in zip(self.ranges, axes, strict=True):
             if axis == PHASE:
-                self._axes[name].show("start phase / period", 1.0)
+                self.units[name].show("start phase / period", 1.0)
                 continue
             field = shown_field(f"start_{axis}", setting)
-            self._axes[name].show(f"start {field.label} / {divisor(field.unit or field.natural)}", field.factor)
-        place = start_on(setting, axes)
-        write(self.mark, {name: np.array([value], np.float32) for name, value in zip("xy", place, strict=True)})
+            self.units[name].show(f"start {field.label} / {divisor(field.unit or field.natural)}", field.factor)
+        self.write("basin_mark", {name: [at] for name, at in zip("xy", start_on(setting, axes), strict=True)})
         if result is None:
             return
         at = shown_field("eta", setting).words(result.question.eta)
         for side in SIDES:
-            say(self.figures[side], f"{NAMES[side]}{_method_words(side, result.question)}, {at}", _seen(result, side))
+            title = f"{NAMES[side]}{_method_words(side, result.question)}, {at}"
+            say(self.figures[f"basin_{side}"], title, _seen(result, side))
             motion = result.shown(side)
             more = {"motion": np.where(motion >= 0, motion + 1, 0).astype(np.int32), "period": result.periods(side)}
-            write_cells(self.sources[side], result.image(side), result.question.x, result.question.y, **more)
-
-    def on_tap(self, event: Tap) -> None:
-        """Start Explore at the place of a tap."""
-        if event.x is not None and event.y is not None and np.isfinite([event.x, event.y]).all():
-            self._on_start(float(f"{event.x:.4g}"), float(f"{event.y:.4g}"))
+            source = self.sources[f"basin_{side}_cells"]
+            write_cells(source, result.image(side), result.question.x, result.question.y, **more)
 
 
 def _seen(result: PartialBasin, side: str) -> str:
     """The share of the starts that leads to each motion."""
     shares = {each.name: each.shares[side] for each in result.motions if side in each.shares}
     return ", ".join(f"{name} {percent(share)}" for name, share in shares.items())
-
-
-def default_span(system: System, eta: float) -> tuple[float, float]:
-    """How far starts reach at first: REACH times the largest amplitude or clearance of the system."""
-    drive = system.excitation
-    size = max(abs(value) for value in (drive.base_amplitude(eta), drive.force1, drive.force2, system.clearance)) or 1.0
-    reach = float(f"{REACH * size:.2g}")
-    return -reach, reach
 
 
 def start_on(setting: Setting, axes: tuple[str, str]) -> tuple[float, float]:
@@ -169,19 +146,14 @@ class Basins(StudyView):
     title = "Basins and coexisting motions"
     starts = True
     grow = staticmethod(grow_basin)
+    drawn, place = BasinView, "tall"
+    tapped = keyed = ("basin_reference", "basin_penalty")
+    zoomed = "basin_reference"
     chosen = {"plane": "xi2-v2", "model": "exact"}  # noqa: RUF012 - read only
-    axes = {"start_x": LINEAR, "start_y": LINEAR}  # noqa: RUF012 - read only
-    legends = dict.fromkeys(("basin_reference", "basin_penalty"), ("start",))
-    keyed = ("basin_reference", "basin_penalty")
     pictures = (
         Figure("basin_reference", "Basins of the reference", "The motion that each start of the reference leads to."),
         Figure("basin_penalty", "Basins of the penalty model", "The same of the penalty model, in the same colours."),
     )
-
-    def build(self) -> pn.viewable.Viewable:
-        """Two pictures and the panel."""
-        self.view = BasinView(self._start, self.refresh)
-        return self.lay_out(*(self.stretch(plot, "tall") for plot in self.view.figures.values()))
 
     @classmethod
     def spec(cls) -> dict:
@@ -235,7 +207,7 @@ class Basins(StudyView):
         start |= {name: 0.0 for name in axes if name in COORDINATES}
         if setting.bodies == "wall":
             start |= {"xi2": 0.0, "v2": 0.0}
-        spans = self.view.spans_of(axes)
+        spans = self.view.in_view_of(axes)
         methods = setting.reference, self._penalty(setting)
         return BasinQuestion(setting.system, setting.eta, *methods, axes, spans["x"], spans["y"], tuple(start.values()))
 
@@ -292,10 +264,10 @@ class Basins(StudyView):
         )
         return f"{both}vibroscope sweep basin-difference basin1.zarr basin2.zarr\n"
 
-    def _start(self, x: float, y: float) -> None:
+    def take_over(self, name: str, x: float, y: float) -> None:
         """Start Explore at a point of the plane; at another phase, what drives the bodies is ahead by as much."""
         setting = self._move.setting
-        at = dict(zip(self._plane(setting), (x, y), strict=True))
+        at = {axis: float(f"{each:.4g}") for axis, each in zip(self._plane(setting), (x, y), strict=True)}
         numbers = dict(zip(COORDINATES, setting.initial, strict=True))
         numbers |= {name: at[name] for name in at if name in COORDINATES}
         texts = dict(zip(START_FIELDS, map(print_number, numbers.values()), strict=True))

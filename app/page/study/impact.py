@@ -1,13 +1,11 @@
 """One impact: what the contact that is set gives by itself with its step, over its steps, and what to take over."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import panel as pn
 from bokeh.core.properties import value
-from bokeh.events import Tap
 from bokeh.models import HSpan, Line, Quad, Scatter, Segment, VSpan
 from vibroscope.app.explorer.field_units import beside_field, shown_field
 from vibroscope.app.explorer.impact_words import (
@@ -26,8 +24,8 @@ from vibroscope.app.page.shared.curves import Axis, Curve, Curves, Plot, curve
 from vibroscope.app.page.shared.figure import GREEN, INK, VERMILLION, VIOLET, legend_above, quantity_axis
 from vibroscope.app.page.shared.seen import amount, largest
 from vibroscope.app.page.study.listed import ListPanel, cell, row
-from vibroscope.app.page.study.panel import number
 from vibroscope.app.page.study.tab import StudyView, refusal
+from vibroscope.app.page.tab import number
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.one_impact import STEPS, ImpactQuestion, PartialImpact, Run, grow_impact
 from vibroscope.engine import counted, percent, written
@@ -73,7 +71,7 @@ _LARGEST = curve(VSpan, "impact_largest", x="steps", line_color=GREEN, line_dash
 
 
 class ImpactView(Curves):
-    """Two figures with one axis of restitutions, one of forces; a tap in the second gives its steps in a contact."""
+    """Two figures with one axis of restitutions, one of forces."""
 
     axes = {  # noqa: RUF012 - read only
         "instant": Axis(0.0, 1.0, "instant of touch after the last step, t/Δτ"),
@@ -122,19 +120,12 @@ class ImpactView(Curves):
         ),
     }
 
-    def __init__(self, on_steps: Callable[[float], None]) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self._on_steps = on_steps
         self._forces_drawn: object = None  # question and units
         self.figures["impact_instant"].yaxis.axis_label = "restitution e"
-        self.figures["impact_band"].on_event(Tap, self.on_tap)
         # Its labels change: how many fit beside each other would be that of older ones.
         self.figures["impact_force"].legend.ncols = 1
-
-    def on_tap(self, event: Tap) -> None:
-        """Ask for the steps in a contact where a tap is."""
-        if event.x is not None and 0 < event.x < math.inf:
-            self._on_steps(event.x)
 
     def update(self, setting: Setting, result: PartialImpact | None) -> None:
         """Draw what is known."""
@@ -195,8 +186,11 @@ class OneImpact(StudyView):
     title = "One impact"
     starts = at_once = True
     grow = staticmethod(grow_impact)
+    drawn, arrangement, tapped = ImpactView, ("halves", "impact"), ("impact_band",)
+    needs = {  # noqa: RUF012 - read only
+        **{"": "found", "impact_band": "band", "impact_force": "forces", "impact_schemes": "schemes"}
+    }
     chosen = dict.fromkeys(_TYPED)
-    axes, legends = ImpactView.spans(), ImpactView.legends()
     pictures = (
         Figure("impact_instant", "Restitution over the instant", "Restitution over the instant of touch in a step."),
         Figure("impact_band", "Restitution over the steps", "Least to greatest restitution over steps in a contact."),
@@ -204,14 +198,13 @@ class OneImpact(StudyView):
         Figure("impact_schemes", "Integrators", "The same contact with each integrator and status.", drawn=False),
     )
 
-    def build(self) -> pn.viewable.Viewable:
-        """Three figures, the panel, and two tables in the fourth quarter."""
-        self.view = ImpactView(self._set_steps)
-        page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures.values()), classes=("halves", "impact"))
-        self.list = ListPanel(label="What to take over, and other integrators", visible=False)
-        self.list.css_classes = ["cell", "rows"]
-        self.list.listen(open=(str, self._take))
-        page.append(self.list)
+    def build(self) -> pn.Column:
+        """See `StudyView`; two tables in the fourth quarter."""
+        page = super().build()
+        self.offers = ListPanel(label="What to take over, and other integrators", visible=False)
+        self.offers.css_classes = ["cell", "rows"]
+        self.offers.listen(open=(str, self._take))
+        page.append(self.offers)
         return page
 
     @classmethod
@@ -251,7 +244,7 @@ class OneImpact(StudyView):
         )
         self.view.update(setting, result)
         near, points = (_offer_table(result, setting), _scheme_table(result)) if known else ({}, {})
-        self.list.param.update(near=near, points=points, visible=known)
+        self.offers.param.update(near=near, points=points, visible=known)
 
     def _take(self, named: str) -> None:
         """Set what a row of the tables offers."""
@@ -266,10 +259,10 @@ class OneImpact(StudyView):
         elif texts := schemes_of(self.result).get(named):
             self.host.set(texts)
 
-    def _set_steps(self, steps_per_contact: float) -> None:
-        """Set the step of which so many are in a contact."""
+    def take_over(self, name: str, x: float, y: float) -> None:
+        """Set the step of which ``x`` are in a contact."""
         if self.result is not None and self._result_setting is not None:
-            steps = self._result_setting.steps * steps_per_contact / self.result.impact.steps_per_contact
+            steps = self._result_setting.steps * x / self.result.impact.steps_per_contact
             self.host.set(self._move.setting.with_contact({"steps": str(max(1, round(steps)))}))
 
     def describe(self, setting: Setting, result: PartialImpact) -> list[list[str | Statement]]:
@@ -319,11 +312,6 @@ class OneImpact(StudyView):
             ],
             *([["All closing speeds", over_speeds_of_motion(result.motion)]] if result.motion else []),
         ]
-
-    def figures(self) -> list[Figure]:
-        """Those of which something is known."""
-        known = {"impact_band": "band", "impact_force": "forces", "impact_schemes": "schemes"}
-        return [each for each in super().figures() if getattr(self.result, known.get(each.name, "found"))]
 
     def table(self, name: str) -> list[Series]:
         """The restitution over instants, steps, or integrators and contact statuses; the forces over time."""

@@ -61,11 +61,8 @@ function part(name) {
 }
 
 function line({ mark, kind, cells }, heads, open) {
-  const made = element("tr");
-  made.dataset.kind = kind;
-  made.append(...cells.map(({ text, open: name, title }, k) => {
-    const cell = element("td", k ? "number" : "name");
-    cell.dataset.label = heads[k];
+  return element("tr", "", cells.map(({ text, open: name, title }, k) => {
+    const cell = element("td", k ? "number" : "name", "", { "data-label": heads[k] });
     if (!k) cell.append(element("span", "mark", mark, { "aria-hidden": "true" }));
     if (name) {
       const made = Object.assign(button(text, "", () => open(name)), { title: title ?? "Open this motion in Explore" });
@@ -74,6 +71,5 @@ function line({ mark, kind, cells }, heads, open) {
       cell.append(made);
     } else cell.append(text);
     return cell;
-  }));
-  return made;
+  }), { "data-kind": kind });
 }

@@ -7,6 +7,7 @@ from typing import ClassVar
 import param
 from vibroscope.app.page.asker import StudyAsker
 from vibroscope.app.page.shared.component import Component
+from vibroscope.app.page.shared.curves import Curves
 from vibroscope.app.page.tab import TabHost
 from vibroscope.app.studies.study_job import Grow, PartialResult
 from vibroscope.engine.facts import Statement, joined
@@ -46,21 +47,23 @@ class ListedSearches:
     Parameters
     ----------
     host : TabHost
-    names : mapping of str to str
-        Each solver in words.
-    grow : Grow
+    figures : Curves
+        Over which the results are drawn.
     on_result : callable
         Called when a search has found more.
     """
 
+    names: ClassVar[Mapping[str, str]]  # each solver in words
+    grow: ClassVar[Grow]
     switch: ClassVar[str]  # of the panel: "off" where nothing is searched for
     head: ClassVar[str]  # of what is said of a search that is over; with the solver in braces
+    kept: ClassVar[str]  # of a result: what the search has found
 
-    def __init__(self, host: TabHost, names: Mapping[str, str], grow: Grow, on_result: Callable[[], None]) -> None:
-        self.host, self._names, self._on_result = host, names, on_result
+    def __init__(self, host: TabHost, figures: Curves, on_result: Callable[[], None]) -> None:
+        self.host, self.figures, self._on_result = host, figures, on_result
         self.view = ListPanel(visible=False)
         self.view.listen(stop=(bool, self._stop), open=(object, self.open_named))
-        self.studies = {solver: StudyAsker(host, grow, on_result) for solver in names}
+        self.studies = {solver: StudyAsker(host, type(self).grow, on_result) for solver in self.names}
 
     @abstractmethod
     def ask(self, asked: object) -> None:
@@ -79,6 +82,11 @@ class ListedSearches:
         """What was found, by solver, in the order of the names."""
         return {solver: study.result for solver, study in self.studies.items() if study.result is not None}
 
+    @property
+    def found(self) -> dict[str, PartialResult]:
+        """Of the results those in which there is anything."""
+        return {solver: result for solver, result in self.results.items() if getattr(result, self.kept)}
+
     def cancel(self) -> None:
         """Stop all searches; what they have found stays."""
         for study in self.studies.values():
@@ -88,7 +96,7 @@ class ListedSearches:
         """Head and text for the panel, of each search that is over."""
         over = {solver: result for solver, result in self.results.items() if result.share == 1}
         return [
-            [self.head.format(self._names[solver]), joined(" ", filter(None, (f"{result.words()}.", result.cut)))]
+            [self.head.format(self.names[solver]), joined(" ", filter(None, (f"{result.words()}.", result.cut)))]
             for solver, result in over.items()
         ]
 
@@ -102,7 +110,7 @@ class ListedSearches:
         ]
         running = any(study.job for study in self.studies.values())
         stopped = any(study.stopped for study in self.studies.values())
-        texts = [f"{self._names[solver].capitalize()}: {result.words()}" for solver, result in self.results.items()]
+        texts = [f"{self.names[solver].capitalize()}: {result.words()}" for solver, result in self.results.items()]
         text = "; ".join([*texts, *(["searching …"] if running else ["stopped"] if stopped else [])])
         new = {
             "status": {"text": text, "running": running, "stopped": stopped, "notes": notes},
@@ -113,7 +121,7 @@ class ListedSearches:
 
     def _note(self, solver: str, text: str) -> str:
         """A note on a search, which says which one where there are several."""
-        return f"{self._names[solver].capitalize()}: {text}" if len(self._names) > 1 else text[0].upper() + text[1:]
+        return f"{self.names[solver].capitalize()}: {text}" if len(self.names) > 1 else text[0].upper() + text[1:]
 
     def _stop(self, on: bool) -> None:
         for study in self.studies.values():

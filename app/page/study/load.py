@@ -14,16 +14,14 @@ from vibroscope.app.explorer.measured import LARGEST_FILE
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import load_command, load_python
-from vibroscope.app.export.tables import columns_in_units
-from vibroscope.app.page.shared.component import Upload
+from vibroscope.app.page.shared.component import Upload, too_large
 from vibroscope.app.page.shared.curves import Axis, Curves, Plot, curve
 from vibroscope.app.page.shared.figure import INK, SOLUTIONS, SUBSCRIPTS, VIOLET, symbols
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.seen import amount, largest, of_both
-from vibroscope.app.page.study.listed import ListPanel
-from vibroscope.app.page.study.panel import number
 from vibroscope.app.page.study.peaks import peak_table
 from vibroscope.app.page.study.tab import StudyView, refusal
+from vibroscope.app.page.tab import number
 from vibroscope.app.studies.load import COLUMNS, RATIOS, LoadQuestion, PartialRuns, Pulse, RecordFile, grow_load
 from vibroscope.app.studies.peaks import SOLVERS
 from vibroscope.engine.facts import Statement, sentence, stated
@@ -174,11 +172,12 @@ class LoadTab(StudyView):
     title = "Pulse or record"
     starts = True
     grow = staticmethod(grow_load)
+    drawn, arrangement, listed = LoadView, ("halves", "load"), "Largest values of both solutions"
+    needs = {"": "runs", "load_shock": "response"}  # noqa: RUF012 - read only
     chosen = {  # noqa: RUF012 - read only
         **{"kind": "half_sine", "on": "base", "size": 3.0, "duration": 3.0},
         **{"rise": None, "begin": 0.5, "end": 3.0, "free": _FREE},
     }
-    axes, legends = LoadView.spans(), LoadView.legends()
     pictures = (
         Figure("load_course", "Load", "The load over time."),
         Figure("load_motion", "Displacements under the load", "Displacements of both solutions relative to the base."),
@@ -189,13 +188,12 @@ class LoadTab(StudyView):
         Figure("load_peaks", "Peaks under the load", "Largest values of both solutions.", drawn=False),
     )
 
-    def build(self) -> pn.viewable.Viewable:
-        """Four figures, the panel, and the table below."""
-        self.view = LoadView()
-        self._record: tuple[str, bytes] | None = None  # name and content of the file
-        self.list = ListPanel(label="Largest values of both solutions", visible=False)
-        cells = (self.stretch(plot) for plot in self.view.figures.values())
-        page = self.lay_out(*cells, below=self.list, classes=("halves", "load"))
+    _record: tuple[str, bytes] | None = None  # name and content of the file
+    _refused = ""  # why the last file is not taken
+
+    def build(self) -> pn.Column:
+        """See `StudyView`; the panel takes a file."""
+        page = super().build()
         self.panel.listen(**Upload(self._begin, self._take_file).acts)
         return page
 
@@ -268,15 +266,9 @@ class LoadTab(StudyView):
 
     # -- the file -----------------------------------------------------------------
 
-    _refused = ""  # why the last file is not taken
-
     def _begin(self, name: str, size: float) -> None:
-        self._record, self._refused = None, ""
-        if size > LARGEST_FILE:
-            self._refused = (
-                f"The file has {size / 2**20:.1f} MiB, and the page takes {LARGEST_FILE // 2**20}: give fewer samples "
-                "or fewer digits; `vibroscope transient` takes 16 MiB."
-            )
+        self._record = None
+        self._refused = too_large(size, "samples or fewer digits", "vibroscope transient")
         self.panel.file = name
         self._choose(self.panel.chosen | {"kind": "record"})
 
@@ -302,11 +294,6 @@ class LoadTab(StudyView):
             text = stated("{}.", words_of_run(run)) if run.ok else sentence(run.response.ending)
             lines.append([f"{solver.capitalize()} solution", text])
         return lines
-
-    def figures(self) -> list[Figure]:
-        """Those of which something is known."""
-        known = {"load_shock": "response"}
-        return [each for each in super().figures() if getattr(self.result, known.get(each.name, "runs"))]
 
     def table(self, name: str) -> list[Series]:
         """The columns of a figure, in the units that are shown."""
@@ -337,9 +324,10 @@ class LoadTab(StudyView):
             }
         )
 
-    def _shown_in_units(self, data: Mapping[str, object]) -> dict[str, object]:
-        columns = COLUMNS | {"load": quantity_of(self.result.load.on)}
-        return columns_in_units(data, self._result_setting.scale, columns)
+    @property
+    def quantities(self) -> Mapping[str, str]:
+        """See `StudyView`."""
+        return COLUMNS | {"load": quantity_of(self.result.load.on)}
 
     def python(self, setting: Setting) -> str:
         """A script that runs both solutions."""

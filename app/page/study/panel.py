@@ -12,11 +12,6 @@ from vibroscope.app.page.shared.component import Component
 LONGEST_TEXT = 200
 
 
-def number(name: str, label: str, bounds: tuple[float, float], *, whole: bool = False, **more) -> dict[str, object]:
-    """A number for the panel, or for a link: name, symbol, bounds, and ``more`` of what `StudyPanel.spec` says."""
-    return {"name": name, "label": label, "low": bounds[0], "high": bounds[1], "whole": whole, **more}
-
-
 class StudyPanel(Component):
     """Native inputs; every message from them is checked against ``spec``."""
 

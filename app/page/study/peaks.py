@@ -3,16 +3,14 @@
 from collections.abc import Iterable, Mapping
 
 import numpy as np
-import panel as pn
 from bokeh.models import Line
 from vibroscope.app.explorer.field_units import unit_of
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import peaks_command, peaks_python
-from vibroscope.app.export.tables import columns_in_units
 from vibroscope.app.page.shared.curves import Axis, Curves, Plot, curve
 from vibroscope.app.page.shared.figure import SOLUTIONS, divisor
-from vibroscope.app.page.study.listed import ListPanel, row
+from vibroscope.app.page.study.listed import row
 from vibroscope.app.page.study.tab import StudyView, free_obstacle
 from vibroscope.app.studies.load import PartialRuns
 from vibroscope.app.studies.peaks import MOTIONS, SOLVERS, PartialPeaks, PeaksQuestion, grow_peaks, kept_text, off_text
@@ -111,7 +109,6 @@ _NAMES = {
     "closing_speed": "closing speed",
     "contact_time": "time in a contact",
 }
-_QUANTITIES = {name: quantity for name, (_, quantity) in DRAWN.items()}
 _NONE = "–"
 
 
@@ -122,19 +119,15 @@ class Peaks(StudyView):
     title = "Peaks and spectra"
     starts = True
     grow = staticmethod(grow_peaks)
+    drawn, place, listed = SpectrumView, "tall", "Largest values of both solutions"
+    quantities = PEAKS
+    python, command = staticmethod(peaks_python), staticmethod(peaks_command)
     chosen = {"quantity": "displacement1"}  # noqa: RUF012 - read only
-    axes, legends = SpectrumView.spans(), SpectrumView.legends()
     pictures = (
         Figure("peaks", "Peaks", "Largest values of both solutions.", drawn=False),
         Figure("spectrum_motion", "Spectrum of the motion", "Amplitudes of a body over orders of the excitation."),
         Figure("spectrum_force", "Spectrum of the force", "Amplitudes of the contact force over orders."),
     )
-
-    def build(self) -> pn.viewable.Viewable:
-        """Two spectra, the panel, and the table below."""
-        self.view = SpectrumView()
-        self.list = ListPanel(label="Largest values of both solutions", visible=False)
-        return self.lay_out(*(self.stretch(plot, "tall") for plot in self.view.figures.values()), below=self.list)
 
     @classmethod
     def spec(cls) -> dict:
@@ -204,42 +197,33 @@ class Peaks(StudyView):
         found = self.result.found.items()
         if name == "peaks":
             return [
-                Series(solver, {head: np.array([peak]) for head, peak in self._shown(read.peaks, PEAKS).items()})
+                Series(solver, {head: np.array([peak]) for head, peak in self._shown_in_units(read.peaks).items()})
                 for solver, read in found
             ]
         names = self._moving(("order", *MOTIONS) if name == "spectrum_motion" else ("order", "contact_force"))
         series = (
             Series(solver, {each: read.amplitudes[each] for each in names}) for solver, read in found if read.amplitudes
         )
-        return [each._replace(columns=self._shown(each.columns, _QUANTITIES)) for each in series]
+        return [each._replace(columns=self._shown_in_units(each.columns)) for each in series]
 
     def data(self) -> dict[str, object]:
         """All numbers of both solutions, in the units that are shown."""
         return {
             solver: {
-                "peaks": self._shown(read.peaks, PEAKS),
-                "spectrum": self._shown(read.amplitudes, _QUANTITIES),
+                "peaks": self._shown_in_units(read.peaks),
+                "spectrum": self._shown_in_units(read.amplitudes),
                 "transmissibility": read.transmissibility,
             }
             for solver, read in self.result.found.items()
         }
 
-    def _shown(self, values: Mapping[str, object], quantities: Mapping[str, str]) -> dict[str, object]:
-        """Numbers or columns in the units that are shown, which their names hold; without body 2 at a wall."""
-        moves = {name: values[name] for name in self._moving(values)}
-        return columns_in_units(moves, self._result_setting.scale, quantities)
+    def _shown_in_units(self, data: Mapping[str, object]) -> dict[str, object]:
+        """See `StudyView`; without body 2 at a wall."""
+        return super()._shown_in_units({name: data[name] for name in self._moving(data)})
 
     def _moving(self, names: Iterable[str]) -> list[str]:
         """Without those of body 2 at a wall."""
         return [name for name in names if self._result_setting.bodies != "wall" or not name.endswith("2")]
-
-    def python(self, setting: Setting) -> str:
-        """A script that finds the peaks."""
-        return peaks_python(setting)
-
-    def command(self, setting: Setting) -> str:
-        """``vibroscope peaks``."""
-        return peaks_command(setting)
 
 
 def _over(setting: Setting) -> str:

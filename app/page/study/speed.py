@@ -8,7 +8,7 @@ import panel as pn
 from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource, LabelSet, Legend, LegendItem, Line, Scatter
 from bokeh.plotting import figure
-from vibroscope.app.explorer.method_words import CUT, brief_name, name_of_integrator, words_of_method
+from vibroscope.app.explorer.method_words import CUT, brief_name, name_of_integrator
 from vibroscope.app.explorer.present import as_float32
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
@@ -19,7 +19,7 @@ from vibroscope.app.page.shared.figure import BLUE, CLICK, GREEN, GREY, INK, VER
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.ranges import extent
 from vibroscope.app.page.shared.seen import say
-from vibroscope.app.page.study.tab import StudyView, free_obstacle
+from vibroscope.app.page.study.tab import StudyView, free_obstacle, method_lines
 from vibroscope.app.studies.speed import (
     CHECKED,
     KINDS,
@@ -217,14 +217,12 @@ class Speed(StudyView):
     key = "speed"
     title = "Speed against error"
     grow = staticmethod(grow_speed)
-    chosen = {}  # noqa: RUF012 - nothing to choose
+    drawn, place, arrangement = SpeedView, "wide", ("speed",)
     pictures = (Figure("speed", "Speed against error", "Error after ten periods over processor time per period."),)
-    axes, legends = SpeedView.spans(), SpeedView.legends()
 
-    def build(self) -> pn.viewable.Viewable:
-        """The figure, the panel, the shipped figure below."""
-        self.view = SpeedView()
-        page = self.lay_out(self.stretch(self.view.figure, "wide"), classes=("speed",))
+    def build(self) -> pn.Column:
+        """See `StudyView`; the shipped figure below."""
+        page = super().build()
         shipped = pn.pane.HTML(
             _SHIPPED, stylesheets=[style("shared/text")], sizing_mode="stretch_width", sanitize_html=False
         )
@@ -272,12 +270,7 @@ class Speed(StudyView):
 
     def describe(self, setting: Setting, result: PartialSpeed) -> list[list[str]]:
         """The measurement and the figure in words."""
-        words = words_of_method(result.question.method)
-        lines = [["Penalty solution", f"{words}."]] if words else []
-        if (scale := result.question.stiffness_of_step) is not None:
-            text = f"K = {written(scale)} m/Δτ² follows the step: each n has a K of its own, and an exact model."
-            lines.append(["Stiffness", text])
-        return [*lines, *statements(setting, result)]
+        return [*method_lines(result.question, "an exact model"), *statements(setting, result)]
 
     def python(self, setting: Setting) -> str:
         """A script of the same measurement; it runs on another machine or at another time, so its numbers differ."""

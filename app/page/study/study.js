@@ -2,7 +2,7 @@
 
 import {
   LOCAL, adaptToTouch, alignFrames, asObject, button, card, choose, cueScroll, drawCard, element, emit, labelled, modelOf,
-  options, setText, viewOf,
+  options, say, setText, viewOf, whenever,
 } from "../shared/dom.js";
 import { chooser } from "../shared/upload.js";
 
@@ -22,18 +22,12 @@ export function render({ model }) {
   if (model.spec.hint) root.append(element("p", "hint", model.spec.hint));
   const draw = () => shows.forEach((show) => show(model));
   cueScroll(drawCard(root, model, ["chosen", "away", "fields", "refused", "status", "key", "statements", "file"], draw));
-  whenThere(model.spec.figures, () => {
+  whenever(() => model.spec.figures.every((name) => viewOf(name)?.frame), () => {
     if (model.spec.cursor) dragged(model);
     if (model.spec.aligned) alignFrames(model.spec.aligned.map(viewOf));
     adaptToTouch(model.spec.figures.map(modelOf));
   });
   return root;
-}
-
-// Figures come a moment after this component.
-function whenThere(names, act, tries = 400) {
-  if (names.every((name) => viewOf(name)?.frame)) act();
-  else if (tries) setTimeout(() => whenThere(names, act, tries - 1), 25);
 }
 
 function switcher(root, { name, label, choices }, send) {
@@ -119,18 +113,14 @@ function numbers(root, specs, send) {
     };
   });
   root.append(grid, refused);
-  shows.push((model) => {
-    refused.textContent = model.refused;
-    refused.hidden = !model.refused;
-  });
+  shows.push((model) => say(refused, model.refused));
   return shows;
 }
 
 function progress(root, send) {
-  const bar = element("progress", "", "", { "aria-label": "Cells computed" });
+  const bar = element("progress", "", "", { "aria-label": "Cells computed", max: 1 });
   const text = element("span");
   const stop = button("Cancel", "", () => send({ stop: stop.dataset.stop === "true" }));
-  bar.max = 1;
   const row = element("div", "progress", [bar, text, stop]);
   root.append(row);
   return ({ status }) => {

@@ -4,44 +4,65 @@ A study starts when its tab is open and its question has changed. The next quest
 and the end of the session. A move that changes no question only moves the marks.
 """
 
+import math
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from typing import ClassVar
 
 import panel as pn
-from bokeh.plotting import figure
+from bokeh.events import RangesUpdate, Tap
 from vibroscope.app.explorer.field_units import shown_content
 from vibroscope.app.explorer.link import View
+from vibroscope.app.explorer.method_words import words_of_method
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure
 from vibroscope.app.export.tables import columns_in_units
 from vibroscope.app.page.asker import StudyAsker
 from vibroscope.app.page.files import style
+from vibroscope.app.page.shared.curves import Curves
 from vibroscope.app.page.shared.declared import Key
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.study.listed import ListedSearches, ListPanel
 from vibroscope.app.page.study.panel import StudyPanel
 from vibroscope.app.page.tab import COMPUTING, Move, TabHost, TabView
 from vibroscope.app.studies.study_job import RESULTS, Grow, PartialResult
+from vibroscope.engine import written
 from vibroscope.engine.facts import Statement, message_of, sentence
 
 
 class StudyView(TabView):
-    """Base of the studies.
+    """Base of the studies: what they declare is built here, once.
 
     Attributes
     ----------
     study : StudyAsker
-    cells : tuple of pn.pane.Bokeh
+    view : Curves
         Its figures, once it is built.
+    list : ListPanel or None
+        Below them.
+    searches : ListedSearches or None
+        Beside the study: drawn over its figures, and listed below them.
     """
 
     grow: ClassVar[Grow]  # partial results of a question
-    chosen: ClassVar[dict]  # the choices at first
+    drawn: ClassVar[type[Curves]]  # its figures
+    place: ClassVar[str] = ""  # of all of them, a class of `studies.css`
+    arrangement: ClassVar[tuple[str, ...]] = ()  # of the page, likewise
+    tapped: ClassVar[tuple[str, ...]] = ()  # names of the figures a click in which takes over its place
+    zoomed: ClassVar[str] = ""  # name of the figure whose zoom, which others follow, is computed anew
+    listed: ClassVar[str] = ""  # name of the list below the figures, for screen readers; empty if there is none
+    searched: ClassVar[type[ListedSearches] | None] = None
+    chosen: ClassVar[Mapping[str, str | float | None]] = {}  # the choices at first
     pictures: ClassVar[tuple[Figure, ...]]  # that can be taken away
+    needs: ClassVar[Mapping[str, str]] = {}  # what of the result they show, by their names; "": those that are left out
     keyed: ClassVar[tuple[str, ...]] = ()  # names of those whose colours the key explains
+    quantities: ClassVar[Mapping[str, str] | None] = None  # of columns; None: those of studies and fields
     at_once: ClassVar[bool] = False  # whether a first answer comes as fast as marks: then these wait for it
-    searches: ListedSearches | None = None  # beside the study: drawn over its figures, and listed below them
+    searches: ListedSearches | None = None
+
+    def __init_subclass__(cls, **options) -> None:
+        super().__init_subclass__(**options)
+        cls.axes, cls.legends = cls.drawn.spans(), cls.drawn.legends()
 
     def __init__(self, host: TabHost) -> None:
         super().__init__(host)
@@ -86,33 +107,36 @@ class StudyView(TabView):
         """The choices of each switch, and the numbers, that the panel hides for the system."""
         return {}
 
-    def fit_axes(self, setting: Setting) -> None:
-        """Let the axes cover what the setting needs."""
+    def take_over(self, name: str, x: float, y: float) -> None:
+        """Set what a click in one of the ``tapped`` figures means."""
 
-    def stretch(self, plot: figure, *classes: str) -> pn.pane.Bokeh:
-        """A figure that fills its cell."""
-        pane = pn.pane.Bokeh(plot, sizing_mode="stretch_both")
-        pane.css_classes = plot.css_classes = ["cell", "figure", *classes]
-        return pane
-
-    def lay_out(
-        self, *cells: pn.pane.Bokeh, below: ListPanel | None = None, classes: tuple[str, ...] = ()
-    ) -> pn.Column:
-        """Figures and the panel in the grid of `studies.css`; a list ``below`` has room there while it is visible."""
-        figures = [cell.object.name for cell in cells]
-        usual = {"title": self.title, "figures": figures, "switches": [], "limits": [], "numbers": []}
+    def build(self) -> pn.Column:
+        """Figures and panel in the grid of `studies.css`; a list below them has room there while it is visible."""
+        self.view = self.drawn()
+        self.ranges, figures = self.view.ranges, self.view.figures
+        self.muting = Muting(self.legends, self.view.items)
+        self.list = ListPanel(label=self.listed, visible=False) if self.listed else None
+        if self.searched is not None:
+            self.searches = self.searched(self.host, self.view, self._push)
+            self.list = self.searches.view
+        for name in self.tapped:
+            figures[name].on_event(Tap, self.on_tap)
+        if self.zoomed:
+            figures[self.zoomed].on_event(RangesUpdate, lambda event: self.refresh())
+        usual = {"title": self.title, "figures": [*figures], "switches": [], "limits": [], "numbers": []}
         self.panel = StudyPanel(usual | self.spec(), dict(self.chosen), self._choose, self._stop)
         self.panel.css_classes = ["cell", "panel"]
-        self.cells, self._below = cells, below
-        if below is not None:
-            below.css_classes = ["cell", "wide"]
-        self.ranges = self.view.ranges
-        self.muting = Muting(self.legends, [cell.object for cell in cells])
+        cells = [pn.pane.Bokeh(plot, sizing_mode="stretch_both") for plot in figures.values()]
+        for cell in cells:
+            classes = ["cell", "figure", *self.place.split(), *cell.object.css_classes]
+            cell.css_classes = cell.object.css_classes = classes
+        if self.list is not None:
+            self.list.css_classes = ["cell", "wide"]
         self._page = pn.Column(
             *cells,
             self.panel,
-            *([] if below is None else [below]),
-            css_classes=["studies", *classes],
+            *([] if self.list is None else [self.list]),
+            css_classes=["studies", *self.arrangement],
             stylesheets=[style("study/studies")],
             sizing_mode="stretch_both",
         )
@@ -129,7 +153,7 @@ class StudyView(TabView):
         self._visible = True
         self._move = move
         with pn.io.hold(self.host.doc):  # both ends of a range at once
-            self.fit_axes(move.setting)
+            self.view.fit_axes(move.setting)
             if move.fresh:
                 self.unzoom()
         self.refresh()
@@ -215,17 +239,17 @@ class StudyView(TabView):
     def _write(self) -> None:
         if self._visible:
             self._show()
-            if self._below is not None:
+            if self.list is not None:
                 classes = [each for each in self._page.css_classes if each != "listed"]
-                self._page.css_classes = [*classes, *(["listed"] if self._below.visible else [])]
+                self._page.css_classes = [*classes, *(["listed"] if self.list.visible else [])]
 
     def _show(self) -> None:
         obstacle = self._obstacle
         if self.searches is not None and (obstacle or not self._searches):
             self.searches.clear()
         self.panel.away = self.away(self._move.setting)
-        for cell in self.cells:
-            cell.object.visible = not obstacle
+        for plot in self.view.figures.values():
+            plot.visible = not obstacle
         self.panel.statements = self._statements()
         if obstacle:
             self.panel.status, self.panel.key = {}, []
@@ -245,8 +269,14 @@ class StudyView(TabView):
     # -- what can be taken away ----------------------------------------------
 
     def figures(self) -> list[Figure]:
-        """All, once there is anything in them."""
-        return [] if self.result is None or self._obstacle else list(self.pictures)
+        """Those in which there is anything; of what the searches have found there are tables alone."""
+        return [each for each in self.pictures if self.result is not None and not self._obstacle and self._has(each)]
+
+    def _has(self, each: Figure) -> bool:
+        if self.searches is not None and not each.drawn:
+            return bool(self.searches.found)
+        needed = self.needs.get(each.name, self.needs.get(""))
+        return needed is None or bool(getattr(self.result, needed))
 
     def key_of(self, name: str) -> Key:
         """The key of the panel."""
@@ -257,7 +287,7 @@ class StudyView(TabView):
         return self._shown_in_units(self.result.data())
 
     def _shown_in_units(self, data: Mapping[str, object]) -> dict[str, object]:
-        return dict(columns_in_units(data, self._move.setting.scale))
+        return dict(columns_in_units(data, self._result_setting.scale, self.quantities))
 
     def words(self) -> dict[str, str]:
         """The text of the panel."""
@@ -278,7 +308,12 @@ class StudyView(TabView):
             return []
         return shown_content(self.describe(self._result_setting, self.result), self._move.setting.scale)
 
-    # -- from the panel ------------------------------------------------------
+    # -- from the user ------------------------------------------------------
+
+    def on_tap(self, event: Tap) -> None:
+        """Take over the place of a click in a figure."""
+        if event.x is not None and event.y is not None and math.isfinite(event.x) and math.isfinite(event.y):
+            self.take_over(event.model.name if event.model else "", event.x, event.y)
 
     def _choose(self, chosen: dict) -> None:
         self.panel.chosen = chosen
@@ -288,6 +323,16 @@ class StudyView(TabView):
         if self._visible:
             self.study.stop(on)
             self._push()
+
+
+def method_lines(question, of_each: str) -> list[list[str]]:
+    """Head and text: the method of a study over steps, and its stiffness where that follows them."""
+    words, scale = words_of_method(question.method), question.stiffness_of_step
+    lines = [["Penalty solution", f"{words}."]] if words else []
+    if scale is None:
+        return lines
+    text = f"K = {written(scale)} m/Δτ² follows the step: each n has a K of its own, and {of_each}."
+    return [*lines, ["Stiffness", text]]
 
 
 def free_obstacle(setting: Setting, shown: str, why: str = "begins at rest, where nothing moves") -> str:

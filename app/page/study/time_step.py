@@ -1,25 +1,22 @@
 """The time step: one motion with n steps per period, fixed and cut where contact changes, by the method that is set."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-import panel as pn
-from bokeh.events import Tap
 from bokeh.models import Line, Scatter
 from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.method_words import STEP_NAMES, brief_name, words_of_method
+from vibroscope.app.explorer.method_words import STEP_NAMES, brief_name
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import initial_option, method_python, scheme_options, sweep_command, sweep_python
-from vibroscope.app.page.shared.curves import Axis, Curves, Plot, curve
+from vibroscope.app.page.shared.curves import AWAITED, Axis, Curves, Plot, curve
 from vibroscope.app.page.shared.figure import GREEN, VERMILLION, cursor_line
 from vibroscope.app.page.shared.seen import say
-from vibroscope.app.page.study.tab import StudyView, engine_obstacle, free_obstacle
+from vibroscope.app.page.study.tab import StudyView, engine_obstacle, free_obstacle, method_lines
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.time_step import SAMPLE, STEPS, TRANSIENT, PartialStep, StepQuestion, grow_step
-from vibroscope.engine import STATUSES, Status, percent, written
+from vibroscope.engine import STATUSES, Status, percent
 from vibroscope.engine.facts import Amount, Statement, Symbol, joined, stated
 from vibroscope.engine.sweeps import SCHEMES
 
@@ -42,9 +39,7 @@ def _phase(scheme: str) -> Plot:
     colour, marker, _, fill = _LOOKS[scheme]
     look, shown = {"line_color": colour, "line_width": 1.3}, {"x": "xi2", "y": "v2"}  # at a wall these hold ξ₁ and ξ₁′
     dots = curve(Scatter, f"step_section_{scheme}", **shown, **look, marker=marker, size=8, fill_color=fill)
-    return Plot(
-        "Being computed …", **shown, entries={"": ("", [curve(Line, f"step_orbit_{scheme}", **shown, **look), dots])}
-    )
+    return Plot(AWAITED, **shown, entries={"": ("", [curve(Line, f"step_orbit_{scheme}", **shown, **look), dots])})
 
 
 def _over_steps(name: str, title: str) -> Plot:
@@ -76,14 +71,11 @@ class TimeStepView(Curves):
         "step_error_time_step": _over_steps("error_time_step", "Error by the time step alone"),
     }
 
-    def __init__(self, on_steps: Callable[[int], None]) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self._on_steps = on_steps
-        self._result: PartialStep | None = None
         self._cursors = {f"step_{name}": cursor_line(name=f"step_cursor_{name}") for name in _SIZES}
         for name, cursor in self._cursors.items():
             self.figures[name].add_layout(cursor)
-            self.figures[name].on_event(Tap, self.on_tap)
 
     def update(self, setting: Setting, result: PartialStep | None) -> None:
         """Move the cursors; draw what is known, the phase plots with the n that is nearest to the one set."""
@@ -92,8 +84,7 @@ class TimeStepView(Curves):
         self.label(setting, lambda words: words.replace("ξ₂", "ξ₁") if setting.bodies == "wall" else words)
         if result is None:
             return
-        fresh, self._result = self.changes_to(result.question), result
-        index = result.nearest(setting.steps)
+        fresh, index = self.changes_to(result.question), result.nearest(setting.steps)
         for scheme in SCHEMES:
             self._draw(result, index, scheme, setting)
         self.follow(*_SIZES, "xi2", "v2", fresh=fresh)
@@ -118,11 +109,6 @@ class TimeStepView(Curves):
             fine = np.isfinite(sizes)
             self.write(f"step_{name}_{scheme}", {"n": result.steps[fine], "size": np.maximum(sizes[fine], _FLOOR)})
 
-    def on_tap(self, event: Tap) -> None:
-        """Set n to that of the study which is nearest to a tap."""
-        if event.x is not None and 0 < event.x < np.inf and self._result is not None:
-            self._on_steps(int(self._result.steps[self._result.nearest(event.x)]))
-
 
 def _seen(result: PartialStep, index: int, variable: str) -> Statement:
     """The size of a curve at the n that is shown, of each scheme that has one there."""
@@ -142,7 +128,7 @@ class TimeStep(StudyView):
     key = "step"
     title = "Time step"
     grow = staticmethod(grow_step)
-    chosen = {}  # noqa: RUF012 - nothing to choose
+    drawn, arrangement, tapped = TimeStepView, ("halves",), ("step_spread", "step_error_time_step")
     pictures = (
         *(
             Figure(
@@ -155,12 +141,6 @@ class TimeStep(StudyView):
         Figure("step_spread", "Blur over n", "Blur about the cycle over the steps per period."),
         Figure("step_error_time_step", "Error over n", "Error by the time step alone over the steps per period."),
     )
-    axes, legends = TimeStepView.spans(), TimeStepView.legends()
-
-    def build(self) -> pn.viewable.Viewable:
-        """Two phase plots, two curves over n, the panel."""
-        self.view = TimeStepView(self._set)
-        return self.lay_out(*(self.stretch(plot) for plot in self.view.figures.values()), classes=("halves",))
 
     @classmethod
     def spec(cls) -> dict:
@@ -186,12 +166,7 @@ class TimeStep(StudyView):
 
     def describe(self, setting: Setting, result: PartialStep) -> list[list[str]]:
         """The study, the n that is shown, and how blur and error fade, in words."""
-        words = words_of_method(result.question.method)
-        lines = [["Penalty solution", f"{words}."]] if words else []
-        if (scale := result.question.stiffness_of_step) is not None:
-            text = f"K = {written(scale)} m/Δτ² follows the step: each n has a K of its own, and is another model."
-            lines.append(["Stiffness", text])
-        return [*lines, *statements(setting, result)]
+        return [*method_lines(result.question, "is another model"), *statements(setting, result)]
 
     def table(self, name: str) -> list[Series]:
         """Orbit and section of the n that is shown, or a size over n."""
@@ -224,8 +199,10 @@ class TimeStep(StudyView):
         options += initial_option(initial)
         return sweep_command("step", system, options)
 
-    def _set(self, steps: int) -> None:
-        self.host.set({"steps": str(steps)})
+    def take_over(self, name: str, x: float, y: float) -> None:
+        """Set n to that of the study which is nearest."""
+        if self.result is not None:
+            self.host.set({"steps": str(int(self.result.steps[self.result.nearest(x)]))})
 
 
 _SLOWEST = 1 / 6  # order: by half from the fewest steps of the study to the most

@@ -1,6 +1,6 @@
 // The input of the code that is chosen, and the rules of thumb with small phase plots. Only textContent is ever set.
 
-import { button, card, cueScroll, drawCard, element, svgElement } from "../shared/dom.js";
+import { button, card, cueScroll, drawCard, element, follow, say, svgElement } from "../shared/dom.js";
 
 const HOLDS = { yes: "✓ holds", no: "✗ fails", "": "– not known" };
 
@@ -31,8 +31,7 @@ export function render({ model }) {
     while (body.children.length > model.rows.length) body.lastChild.remove();
     table.hidden = !model.rows.length;
   };
-  model.on("code", drawCode);
-  drawCode();
+  follow(model, "code", drawCode);
   return cueScroll(drawCard(root, model, ["rows", "reference"], drawRows));
 }
 
@@ -42,8 +41,8 @@ function drawOwn(box, code) {
   const words = element("pre", "", code.lines.join("\n"), { "aria-label": `What to set in ${code.name}`, tabindex: 0 });
   const sources = element("ul", "sources", code.sources.map(({ figure, text, url }) => element("li", "", [`${figure}: `, linked(text, url)])));
   const details = element("details", "", [element("summary", "", "Sources"), sources]);
-  const units = element("p", "units", code.units);
-  units.hidden = !code.units;
+  const units = element("p", "units");
+  say(units, code.units);
   box.replaceChildren(element("h2", "", `What to set in ${code.name}`), words, units,
     element("h2", "", "What Vibroscope does not compute"), element("p", "", code.leaves_out), details);
 }
@@ -54,25 +53,17 @@ function linked(text, url) {
 }
 
 function rowOf(row, reference, model) {
-  const made = element("tr", row.own ? "marked" : "");
-  const name = element("th");
-  name.scope = "row";
-  const from = element("small", "source");
-  if (row.source) from.append(linked(row.source, row.url));
-  name.append(element("span", "", row.title), element("small", "", row.claim), from);
+  const from = element("small", "source", row.source && [linked(row.source, row.url)]);
+  const words = [element("span", "", row.title), element("small", "", row.claim), from];
+  const name = element("th", "", words, { scope: "row" });
   if (row.own) name.prepend(element("small", "mark", "of this code"));
   const gives = element("td", "gives", row.numbers.map((text) => element("span", "", text)));
   if (row.settable) gives.append(button("Set", `Set what “${row.title}” gives`, () => model.send_msg({ set: row.key })));
-  const motion = element("td", "motion");
-  if (row.path) motion.append(picture(row, reference));
-  motion.append(element("span", "", row.motion));
-  const off = element("td", "off", row.total);
-  const holds = element("td", "holds");
-  const mark = element("strong", "", HOLDS[row.holds]);
-  mark.dataset.holds = row.holds;
-  holds.append(mark, element("small", "", row.why));
-  made.append(name, gives, motion, off, holds);
-  return made;
+  const shown = row.path ? [picture(row, reference)] : [];
+  const motion = element("td", "motion", [...shown, element("span", "", row.motion)]);
+  const mark = element("strong", "", HOLDS[row.holds], { "data-holds": row.holds });
+  const holds = element("td", "holds", [mark, element("small", "", row.why)]);
+  return element("tr", row.own ? "marked" : "", [name, gives, motion, element("td", "off", row.total), holds]);
 }
 
 function picture(row, reference) {

@@ -15,14 +15,12 @@ from vibroscope.app.explorer.method_words import name_of_method, words_of_method
 from vibroscope.app.explorer.present import WINDOW, present
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
-from vibroscope.app.export.scripts import as_command
 from vibroscope.app.export.tables import column_title
 from vibroscope.app.page.shared.curves import Axis, Curve, Curves, Plot, curve
 from vibroscope.app.page.shared.figure import BLUE, SOLUTIONS, SUBSCRIPTS, VERMILLION, label_of, time_label
 from vibroscope.app.page.shared.seen import amplitude, apart, of_both, say
-from vibroscope.app.page.study.panel import number
 from vibroscope.app.page.study.tab import StudyView
-from vibroscope.app.page.tab import Move
+from vibroscope.app.page.tab import Move, number
 from vibroscope.app.page.your_code import words
 from vibroscope.app.page.your_code.rules import RulesTable, rows_of
 from vibroscope.app.runtime.number_text import sizes
@@ -120,21 +118,21 @@ class YourCode(StudyView):
     key = "code"
     title = "Your code"
     grow = staticmethod(grow_code)
+    drawn, arrangement = YourCodeView, ("codes",)
+    needs = {"code_rules": "judged"}  # noqa: RUF012 - read only
     chosen = {  # noqa: RUF012 - read only; 0: not known
         **{"code": NONE, "area": 0.0, "elements": 0.0},
         **{"target": NONE, "mass": 0.0, "speed": 0.0},
     }
-    axes, legends = YourCodeView.spans(), YourCodeView.legends()
     pictures = (
         Figure("code_phase", "Phase plot of your code", "Velocity over displacement, with the reference."),
         Figure("code_displacement", "Displacement of your code", "Displacement over the last two periods."),
         Figure("code_rules", "Rules of thumb", "What each rule of thumb gives, and what follows.", drawn=False),
     )
 
-    def build(self) -> pn.viewable.Viewable:
-        """Two figures, the panel, the table of rules."""
-        self.view = YourCodeView()
-        page = self.lay_out(*(self.stretch(plot) for plot in self.view.figures.values()), classes=("codes",))
+    def build(self) -> pn.Column:
+        """See `StudyView`; the table of rules below the figures."""
+        page = super().build()
         self.rules = RulesTable(self._set_rule)
         self.rules.css_classes = ["cell", "wide"]
         page.insert(2, self.rules)
@@ -260,11 +258,6 @@ class YourCode(StudyView):
             lines.append(["Do its steps have solutions?", joined(" ", filter(None, (result.solvable, said)))])
         return lines
 
-    def figures(self) -> list[Figure]:
-        """All; the table of rules once one is judged."""
-        judged = self.result is not None and bool(self.result.judged)
-        return [figure for figure in super().figures() if figure.name != "code_rules" or judged]
-
     def table(self, name: str) -> list[Series]:
         """The curves that are drawn, or a row for each rule."""
         if name == "code_rules":
@@ -282,10 +275,6 @@ class YourCode(StudyView):
     def data(self) -> dict[str, object]:
         """The results so far; sentences, too, in the units that are shown."""
         return shown_content(super().data(), self._move.setting.scale)
-
-    def command(self, setting: Setting) -> str:
-        """The commands of the setting."""
-        return as_command(setting)
 
 
 def _typed(name: str) -> dict[str, object]:

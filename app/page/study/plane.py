@@ -1,94 +1,244 @@
-"""The K–D plane: where the penalty model moves as the reference does, and which motions are due to the time step."""
+"""The K–D plane: where the penalty model moves as the reference does, and which motions are due to the time step.
+
+The curves of bifurcations over the cells of both planes: searched for while the tab shows them, drawn and listed.
+"""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-import panel as pn
-from bokeh.events import Tap
-from bokeh.models import LegendItem
-from bokeh.plotting import figure
+from bokeh.models import HoverTool, Line, Scatter
 from vibroscope.app.explorer.explanation import DISPLACEMENTS, Explanation
-from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.link import LOGARITHMIC
+from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.method_words import CUT
 from vibroscope.app.explorer.state import Setting, slider_range, widened
 from vibroscope.app.export.formats import Figure, Series
-from vibroscope.app.export.scripts import method_python, scheme_options, sweep_command, sweep_python
+from vibroscope.app.export.scripts import branch_command, method_python, scheme_options, sweep_command, sweep_python
 from vibroscope.app.page.explore.explainer import Explainer
-from vibroscope.app.page.plane.curves import PlaneCurves
-from vibroscope.app.page.shared.cells import (
-    add_cells,
-    add_mark,
-    cells_figure,
-    cells_source,
-    listen,
+from vibroscope.app.page.shared.curves import (
+    AWAITED,
+    Axis,
+    CellsView,
+    Curves,
+    Plot,
+    cells,
+    curve,
+    mark,
     rounded_view,
     write_cells,
 )
-from vibroscope.app.page.shared.figure import BLUE, INK, divisor, empty_source, legend_above, write
-from vibroscope.app.page.shared.ranges import OwnedRange, UnitAxis
+from vibroscope.app.page.shared.figure import BLUE, INK, MAGENTA, VERMILLION, divisor, legend_above
+from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.seen import say
+from vibroscope.app.page.study.listed import ListedSearches, cell, row
 from vibroscope.app.page.study.tab import StudyView, engine_obstacle, free_obstacle
 from vibroscope.app.page.tab import TabHost
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.branches import why_none
 from vibroscope.app.studies.plane import COUNT, SAMPLE, SIDES, TRANSIENT, PartialPlane, PlaneQuestion, grow_plane
-from vibroscope.app.studies.plane_curves import KINDS, CurvesQuestion
-from vibroscope.engine import System, counted, equal_restitution_damping, percent
+from vibroscope.app.studies.plane_curves import KINDS, SEARCH, CurvesQuestion, PartialCurves, grow_curves
+from vibroscope.engine import POINT_KINDS, PointCurve, System, counted, equal_restitution_damping, percent, written
 from vibroscope.engine.facts import Statement, equation, joined, stated
 from vibroscope.engine.sweeps import CellKind, kind_words
+
+_LOOKS = {
+    "fold": {"line_color": INK, "line_width": 2.2, "line_dash": "solid"},
+    "period doubling": {"line_color": MAGENTA, "line_width": 2.2, "line_dash": [8, 3]},
+    "grazing": {"line_color": VERMILLION, "line_width": 1.6, "line_dash": [2, 2]},
+    "contact opens": {"line_color": VERMILLION, "line_width": 1.6, "line_dash": [7, 2, 2, 2]},
+}
+_SOLVER = "exact"
+_MEETINGS = "plane_curves_meetings"
+_MEETING_COLUMNS = ("K", "D", "kind", "other")
+_RING = {"marker": "circle", "size": 7, "fill_color": "#FFFFFF", "line_color": INK, "line_width": 1.3}
+
+
+def _source(kind: str) -> str:
+    return f"plane_curves_{kind.replace(' ', '_')}"
+
+
+# Entries of the legend, and what is drawn, in the figure of each side; columns of the sources that no glyph has.
+BIFURCATIONS = {
+    kind.replace(" ", "_"): (POINT_KINDS[kind].several, [curve(Line, _source(kind), x="K", y="D", **_LOOKS[kind])])
+    for kind in KINDS
+} | {"meetings": ("", [curve(Scatter, _MEETINGS, x="K", y="D", **_RING)])}
+COLUMNS = dict.fromkeys(map(_source, KINDS), ("kind", "period")) | {_MEETINGS: ("kind", "other")}
+
+
+class PlaneCurves(ListedSearches):
+    """One search, that of the exact penalty solution, and its glyphs in both figures."""
+
+    names = {_SOLVER: "exact penalty"}  # noqa: RUF012 - read only
+    grow = staticmethod(grow_curves)
+    switch, head, kept = "curves", "Curves of bifurcations", "curves"
+
+    def __init__(self, host: TabHost, figures: Curves, on_result: Callable[[], None]) -> None:
+        super().__init__(host, figures, on_result)
+        self._drawn: tuple[PointCurve, ...] | None = None
+        for name, plot in figures.figures.items():
+            lines = [figures.items[name, kind.replace(" ", "_")].renderers[0] for kind in KINDS]
+            marks = [part for part in plot.renderers if part.data_source.name == _MEETINGS]
+            rows = [("curve of", "@kind"), ("period", "@period")], [("curve of", "@kind"), ("meets", "@other")]
+            plot.add_tools(
+                HoverTool(renderers=lines, tooltips=rows[0], line_policy="nearest"),
+                HoverTool(renderers=marks, tooltips=rows[1]),
+            )
+        self._show(set())
+
+    def _show(self, entries: set[str]) -> None:
+        """Have these kinds of curves in the legends, and no others."""
+        for (_, entry), item in self.figures.items.items():
+            if entry in BIFURCATIONS:
+                show_entry(item, entry in entries)
+
+    def ask(self, question: CurvesQuestion | None) -> None:
+        """Search for the curves of this question, and end what else is searched for."""
+        if self.result is not None and (question is None or self.result.question[:2] != question[:2]):
+            self.studies[_SOLVER].result = None  # in another range of the same system it stays until there is more
+        self.studies[_SOLVER].follow(question)
+
+    @property
+    def result(self) -> PartialCurves | None:
+        """What is shown."""
+        return self.studies[_SOLVER].result
+
+    def draw(self, notes: list[str], setting: Setting) -> None:
+        """Draw curves and list; ``notes`` are sentences about what is shown and what is not."""
+        curves = self.result.curves if self.result is not None else ()
+        if curves != self._drawn:
+            self._drawn = curves
+            sources = self.figures.sources
+            for kind in KINDS:
+                sources[_source(kind)].data = _line_columns([each for each in curves if each.kind == kind])
+            sources[_MEETINGS].data = _meeting_columns(curves)
+            self._show({each.kind.replace(" ", "_") for each in curves})
+        self._list(notes, points=_table(curves, [shown_field(name, setting) for name in ("K", "D")]))
+
+    def clear(self) -> None:
+        """See `ListedSearches`."""
+        self.ask(None)
+        self.draw([], Setting())
+
+    def python(self) -> str:
+        """The lines of a script for the curves, to follow those for the cells, which make ``system``."""
+        question = self.result.question
+        made = f"CurvesQuestion(system, {question.eta!r}, {question.K!r}, {question.D!r})"
+        return (
+            "\nfrom vibroscope.app.studies.plane_curves import CurvesQuestion, grow_curves\n\n"
+            f"*_, found = grow_curves({made}, None, lambda: False)\nprint(found.words(), *found.curves, sep='\\n')\n"
+        )
+
+    def command(self) -> str:
+        """``vibroscope branch`` over K and along D: a row of the search each."""
+        question = self.result.question
+        (low, high), (first, last) = question.K, question.D
+        limits = f"--max-period {SEARCH['max_period']} --most-orbits {SEARCH['most_orbits']}"
+        reach = f"--over K --from {low!r} --to {high!r} --along D --along-from {first!r} --along-to {last!r} {limits}"
+        options = {}
+        for number, damping in enumerate(question.rows, start=1):
+            row = f" --solver exact --eta {question.eta!r} --D {damping!r} {reach}"
+            options |= {f"curves_{kind.replace(' ', '_')}{number}": f"{row} --point '{kind}'" for kind in KINDS}
+        return branch_command(question.system, options)
+
+    def open_named(self, name: object) -> None:
+        """See `ListedSearches`."""
+        if isinstance(name, str) and name.isdecimal() and len(name) < 6:
+            self._open(int(name))
+
+    def _open(self, number: int) -> None:
+        """Open the middle of a curve in Explore."""
+        if self.result is not None and number < len(self.result.curves):
+            values = self.result.curves[number].values
+            K, D = values[len(values) // 2].tolist()
+            self.host.visit("explore", {"K": print_number(K), "D": print_number(D)})
+
+
+def _line_columns(curves: Sequence[PointCurve]) -> dict[str, list]:
+    """All curves of a kind, with gaps between them."""
+    gap = np.full((1, 2), np.nan)
+    values = np.concatenate([part for curve in curves for part in (curve.values, gap)] or [gap])
+    sizes = [len(curve.values) + 1 for curve in curves] or [1]
+    return {
+        "K": values[:, 0].astype(np.float32),
+        "D": values[:, 1].astype(np.float32),
+        "kind": np.repeat([curve.kind for curve in curves] or [""], sizes).tolist(),
+        "period": np.repeat([curve.period for curve in curves] or [0], sizes).tolist(),
+    }
+
+
+def _meeting_columns(curves: Sequence[PointCurve]) -> dict[str, list]:
+    met = [(K, D, curve.kind, other) for curve in curves for other, K, D in curve.meetings]
+    return {name: [each[k] for each in met] for k, name in enumerate(_MEETING_COLUMNS)}
+
+
+def _table(curves: Sequence[PointCurve], fields: Sequence[ShownField]) -> dict:
+    """Kind, period, and from where to where each curve goes; ``fields`` are those of K and D."""
+    rows = [
+        row(
+            curve.kind,
+            cell(curve.kind, str(number), "Open the middle of this curve in Explore"),
+            str(curve.period),
+            *(_span(column, field) for column, field in zip(curve.values.T, fields, strict=True)),
+            ", ".join(sorted({other for other, *_ in curve.meetings})),
+            mark=POINT_KINDS[curve.kind].sign,
+        )
+        for number, curve in enumerate(curves)
+    ]
+    return {"title": "Curves", "heads": ["kind", "period", *(field.column for field in fields), "meets"], "rows": rows}
+
+
+def _span(values: np.ndarray, field: ShownField) -> str:
+    low, high = (written(field.factor * float(end)) for end in (values.min(), values.max()))
+    return f"{low} to {high}"
+
 
 _VEIL = ["#00000000", classes.VEIL]  # drawn as stripes: some columns of a finer picture
 _STRIPES = 4
 _USUAL = {name: slider_range(name, System()) for name in ("K", "D")}
+_PLACE = {"x": "K", "y": "D"}
 
 
-class PlaneView:
+def _plane(side: str) -> Plot:
+    diverged = {"marker": "x", "size": 5, "line_color": INK, "line_width": 0.8}
+    pictures = [cells(f"plane_{side}_cells", classes.PALETTE), cells(f"_plane_{side}_veil", _VEIL)]
+    equal = [
+        curve(Line, "plane_curve", **_PLACE, line_color="#FFFFFF", line_width=4, line_alpha=0.8),
+        curve(Line, "plane_curve", **_PLACE, line_color=BLUE, line_width=2, line_dash="dashed"),
+    ]
+    entries = {
+        "cells": ("", [*pictures, curve(Scatter, f"plane_{side}_diverged", **_PLACE, **diverged)]),
+        "equal_restitution": ("restitution as the reference's", equal),
+        "set_now": ("set now", [mark("plane_mark", **_PLACE)]),
+    }
+    return Plot(AWAITED, **_PLACE, entries=entries | BIFURCATIONS, legend=legend_above)
+
+
+class PlaneView(CellsView):
     """Two figures with the same axes and colours."""
 
-    def __init__(self, on_cell: Callable[[float, float], None], on_zoom: Callable[[], None]) -> None:
-        self._on_cell = on_cell
-        self._limits = dict(_USUAL)
-        self.ranges = {name: OwnedRange(*limits) for name, limits in _USUAL.items()}
-        self.sources = {side: cells_source(f"plane_{side}_cells") for side in SIDES}
-        self.veils = {side: cells_source() for side in SIDES}
-        self.diverged = {side: empty_source(f"plane_{side}_diverged", "K", "D") for side in SIDES}
-        self.mark = empty_source("plane_mark", "K", "D")
-        self.curve = empty_source("plane_curve", "K", "D")
-        self.figures = {side: self._figure(side) for side in SIDES}
-        plots = list(self.figures.values())
-        self._axes = {name: UnitAxis(self.ranges[name], side, *plots) for name, side in (("K", "x"), ("D", "y"))}
-        listen(plots, self.on_tap, on_zoom)
+    axes = {  # noqa: RUF012 - read only
+        "K": Axis(*_USUAL["K"], "contact stiffness K", "contact_stiffness", logarithmic=True),
+        "D": Axis(*_USUAL["D"], "contact damping D", "contact_damping", logarithmic=True),
+    }
+    plots = {f"plane_{side}": _plane(side) for side in SIDES}  # noqa: RUF012 - read only
+    beside = COLUMNS
 
-    def _figure(self, side: str) -> figure:
-        labels, axes = ("contact stiffness K", "contact damping D"), {"x_axis_type": "log", "y_axis_type": "log"}
-        plot = cells_figure(f"plane_{side}", *self.ranges.values(), labels, **axes)
-        add_cells(plot, self.sources[side], classes.PALETTE)
-        add_cells(plot, self.veils[side], _VEIL)
-        plot.scatter("K", "D", source=self.diverged[side], marker="x", size=5, line_color=INK, line_width=0.8)
-        halo = plot.line("K", "D", source=self.curve, line_color="#FFFFFF", line_width=4, line_alpha=0.8)
-        curve = plot.line("K", "D", source=self.curve, line_color=BLUE, line_width=2, line_dash="dashed")
-        mark = add_mark(plot, "K", "D", self.mark)
-        entries = [
-            LegendItem(label="restitution as the reference's", renderers=[halo, curve]),
-            LegendItem(label="set now", renderers=[mark]),
-        ]
-        legend_above(plot, entries)
-        return plot
+    def __init__(self) -> None:
+        super().__init__()
+        self.limits = dict(_USUAL)  # of the axes
 
     def fit_axes(self, setting: Setting) -> None:
-        """Let the axes reach as far as the setting: beyond the sliders' ranges by whole decades."""
+        """See `Curves`: beyond the sliders' ranges by whole decades."""
         for name in _USUAL:
-            self._limits[name] = widened(slider_range(name, setting.system), getattr(setting, name))
-            self.ranges[name].put(*self._limits[name])
+            self.limits[name] = widened(slider_range(name, setting.system), getattr(setting, name))
+            self.ranges[name].put(*self.limits[name])
 
     @property
-    def spans(self) -> dict[str, tuple[float, float]]:
+    def in_view(self) -> dict[str, tuple[float, float]]:
         """K and D that are in view, within what can be set."""
-        return {name: rounded_view(self.ranges[name].ends, *limits) for name, limits in self._limits.items()}
+        return {name: rounded_view(self.ranges[name].ends, *limits) for name, limits in self.limits.items()}
 
     def update(
         self, setting: Setting, result: PartialPlane | None, quantity: str, limit: float | None, error: float
@@ -97,14 +247,14 @@ class PlaneView:
 
         ``error`` is that of what is set, if known: the cell that holds it shows this one, not that of its middle.
         """
-        write(self.mark, dict(zip(("K", "D"), np.array(setting.place_in_plane, np.float32)[:, None], strict=True)))
-        for name, words in (("K", "contact stiffness K"), ("D", "contact damping D")):
-            field = shown_field(name, setting)
+        K, D = setting.place_in_plane
+        self.write("plane_mark", {"K": [K], "D": [D]})
+        for name, shown in self.units.items():
+            words, field = self.axes[name].words, shown_field(name, setting)
             words = words.replace("damping D", "damper 2D") if field.unit else words
-            self._axes[name].show(f"{words} / {divisor(field.unit or field.natural)}", field.factor)
-        curve_K = np.geomspace(*self._limits["K"], 41)
-        curve_D = equal_restitution_damping(setting.system, curve_K)
-        write(self.curve, {"K": curve_K.astype(np.float32), "D": curve_D.astype(np.float32)})
+            shown.show(f"{words} / {divisor(field.unit or field.natural)}", field.factor)
+        curve_K = np.geomspace(*self.limits["K"], 41)
+        self.write("plane_curve", {"K": curve_K, "D": equal_restitution_damping(setting.system, curve_K)})
         if result is None:
             return
         place = result.cell(*setting.place_in_plane)
@@ -113,7 +263,8 @@ class PlaneView:
             if (side, quantity) == ("penalty", "error") and math.isfinite(error) and place is not None:
                 image[place] = classes.class_of(error, quantity)
             self._draw(result, side, image, limit)
-            say(self.figures[side], self._title(result.question, side, setting), classes.most_frequent(image, quantity))
+            title, seen = self._title(result.question, side, setting), classes.most_frequent(image, quantity)
+            say(self.figures[f"plane_{side}"], title, seen)
 
     def _title(self, question: PlaneQuestion, side: str, setting: Setting) -> str:
         step = f"{question.name} T/{question.steps}{f' {CUT}' if question.located else ''}"
@@ -121,20 +272,15 @@ class PlaneView:
 
     def _draw(self, result: PartialPlane, side: str, image: np.ndarray, limit: float | None) -> None:
         edges = result.question.K, result.question.D
-        write_cells(self.sources[side], image, *edges)
+        write_cells(self.sources[f"plane_{side}_cells"], image, *edges)
         veil = np.zeros((1, 1), np.uint8)
         if limit is not None:
             veil = np.repeat(classes.sudden_contacts(result, side, limit), _STRIPES, axis=1)
             veil[:, np.arange(veil.shape[1]) % _STRIPES != 1] = 0
-        write_cells(self.veils[side], veil, *edges)
+        write_cells(self.sources[f"_plane_{side}_veil"], veil, *edges)
         row, column = np.nonzero(result.diverged(side) & result.known)
-        K, D = result.question.axis("K")[column], result.question.axis("D")[row]
-        write(self.diverged[side], {"K": K.astype(np.float32), "D": D.astype(np.float32)})
-
-    def on_tap(self, event: Tap) -> None:
-        """Set K and D to the place of a tap."""
-        if event.x and event.y and np.isfinite([event.x, event.y]).all():
-            self._on_cell(*(float(f"{np.clip(v, *self._limits[n]):.3g}") for n, v in (("K", event.x), ("D", event.y))))
+        diverged = {"K": result.question.axis("K")[column], "D": result.question.axis("D")[row]}
+        self.write(f"plane_{side}_diverged", diverged)
 
 
 _SUDDEN = 30  # steps: the paper takes a contact of fewer for one sudden impact
@@ -146,12 +292,10 @@ class Plane(StudyView):
     key = "plane"
     title = "K–D plane"
     grow = staticmethod(grow_plane)
+    drawn, place, searched = PlaneView, "tall", PlaneCurves
+    tapped = keyed = ("plane_penalty", "plane_exact")
+    zoomed = "plane_penalty"
     chosen = {"quantity": "error", "limit": _SUDDEN, "curves": "off"}  # noqa: RUF012 - read only
-    axes = {"K": LOGARITHMIC, "D": LOGARITHMIC}  # noqa: RUF012 - read only
-    legends = dict.fromkeys(
-        ("plane_penalty", "plane_exact"), ("equal_restitution", "set_now", *(kind.replace(" ", "_") for kind in KINDS))
-    )
-    keyed = ("plane_penalty", "plane_exact")
     pictures = (
         Figure(
             "plane_penalty",
@@ -168,13 +312,6 @@ class Plane(StudyView):
         self._marked: Setting | None = None
         self._explanation: Explanation | None = None  # of what is marked
 
-    def build(self) -> pn.viewable.Viewable:
-        """Two planes, the panel, and the list of the curves."""
-        self.view = PlaneView(self._set, self.refresh)
-        self.curves = self.searches = PlaneCurves(self.host, list(self.view.figures.values()), self._push)
-        cells = (self.stretch(plot, "tall") for plot in self.view.figures.values())
-        return self.lay_out(*cells, below=self.curves.view)
-
     @classmethod
     def spec(cls) -> dict:
         """The choices of the tab."""
@@ -189,10 +326,6 @@ class Plane(StudyView):
             "hint": "A click sets K and D; so do their sliders, which the arrow keys move.",
         }
 
-    def fit_axes(self, setting: Setting) -> None:
-        """Widen the axes so that K and D beyond the usual range are in view."""
-        self.view.fit_axes(setting)
-
     def obstacle(self, setting: Setting) -> str:
         """Why there is no study: nothing drives the bodies, or the engine has no study of the method."""
         return free_obstacle(setting, "each cell of this plane") or engine_obstacle(setting, self.question(setting))
@@ -204,7 +337,7 @@ class Plane(StudyView):
         penalty = setting.penalty
         if penalty.has_choices:  # what it computes does not depend on its K and D
             more["other"] = replace(penalty, stiffness=1.0, damping=1.0)
-        return PlaneQuestion(setting.system, setting.eta, setting.steps, located, **more, **self.view.spans)
+        return PlaneQuestion(setting.system, setting.eta, setting.steps, located, **more, **self.view.in_view)
 
     def search_questions(self, setting: Setting) -> tuple[CurvesQuestion | None, list[str]]:
         """The curves to search for, and sentences about what they are, or why there are none."""
@@ -213,16 +346,12 @@ class Plane(StudyView):
         method = setting.penalty.limit
         if why := why_none("K", method):
             return None, [why]
-        asked = CurvesQuestion(setting.system, setting.eta, **self.view.spans)
+        asked = CurvesQuestion(setting.system, setting.eta, **self.view.in_view)
         return asked, ["The curves are those of the exact penalty: at the left they show what the time step moves."]
-
-    def figures(self) -> list[Figure]:
-        """The figures of the planes, and the table of the curves once there are any."""
-        return [each for each in super().figures() if each.drawn or (self.curves.result and self.curves.result.curves)]
 
     def data(self) -> dict[str, object]:
         """The planes and the curves."""
-        curves = self.curves.result
+        curves = self.searches.result
         return super().data() | self._shown_in_units({"curves": curves.data()} if curves is not None else {})
 
     def _explain(self, setting: Setting) -> Explanation | None:
@@ -238,7 +367,7 @@ class Plane(StudyView):
     def hide(self) -> None:
         """See `TabView.hide`."""
         super().hide()
-        self._explainer.cancel()
+        self._explainer.drop()
         self._marked = None
 
     def away(self, setting: Setting) -> dict[str, list[str]]:
@@ -248,7 +377,7 @@ class Plane(StudyView):
     def draw(self, setting: Setting, result: PartialPlane | None) -> None:
         """Both planes and the key."""
         if self._searches:
-            self.curves.draw(self.search_questions(setting)[1], setting)
+            self.searches.draw(self.search_questions(setting)[1], setting)
         quantity = self.panel.chosen["quantity"]
         if result is not None:
             missing = {
@@ -264,12 +393,12 @@ class Plane(StudyView):
 
     def describe(self, setting: Setting, result: PartialPlane) -> list[list[str]]:
         """The cell that is set, and both planes together."""
-        return [*statements(setting, result, self._explain(setting)), *self.curves.words()]
+        return [*statements(setting, result, self._explain(setting)), *self.searches.words()]
 
     def table(self, name: str) -> list[Series]:
         """A row for each cell that is known, or for each vertex of the curves."""
         if name == "plane_curves":
-            return [Series("Exact penalty", self.curves.result.table())]
+            return [Series("Exact penalty", self.searches.result.table())]
         side, known = name.removeprefix("plane_"), self.result.known
         K, D = np.meshgrid(self.result.question.axis("K"), self.result.question.axis("D"))
         tables = {"K": K, "D": D, **self.result.columns(side), "contact_steps": self.result.contact_steps(side)}
@@ -289,7 +418,7 @@ class Plane(StudyView):
             for side, own in methods.items()
         }
         script = sweep_python(calls, question.system)
-        return script if self.curves.result is None else script + self.curves.python()
+        return script if self.searches.result is None else script + self.searches.python()
 
     def command(self, setting: Setting) -> str:
         """``vibroscope sweep plane`` over the rectangle in view, with and without a time step."""
@@ -301,10 +430,12 @@ class Plane(StudyView):
         newmark, exact = f" --steps {question.steps}{located}{other}", f" --solver exact{other}"
         given = f" --eta {print_number(question.eta)}{axes}"
         sweep = sweep_command("plane", question.system, *(given + own + how for own in (newmark, exact)))
-        return sweep if self.curves.result is None else sweep + self.curves.command()
+        return sweep if self.searches.result is None else sweep + self.searches.command()
 
-    def _set(self, K: float, D: float) -> None:
-        self.host.set({"K": print_number(K), "D": print_number(D)})
+    def take_over(self, name: str, x: float, y: float) -> None:
+        """Set K and D of a cell."""
+        places = zip(self.view.limits.items(), (x, y), strict=True)
+        self.host.set({each: print_number(float(f"{np.clip(at, *ends):.3g}")) for (each, ends), at in places})
 
 
 def _side_names(question: PlaneQuestion) -> dict[str, str]:

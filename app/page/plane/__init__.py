@@ -1,1 +1,0 @@
-"""Tab K–D plane."""
