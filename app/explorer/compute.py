@@ -11,7 +11,7 @@ from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
-from vibroscope.app.explorer.scenes import opening_setting
+from vibroscope.app.explorer.presets import opening_setting
 from vibroscope.app.explorer.state import Setting, is_driven
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.cache import Cache

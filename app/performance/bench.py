@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.presets import scenes
 from vibroscope.app.performance import peers
 from vibroscope.app.performance.contenders import (
     CHECKED,
@@ -91,7 +91,7 @@ def report(periods: int = PERIODS, rounds: int = ROUNDS) -> dict:
         "rounds": rounds,
         "error_after_periods": CHECKED,
         "scenes": {
-            key: measure_scene(scene.eta, float(scene.K), float(scene.D), periods, rounds)
+            key: measure_scene(scene.setting.eta, float(scene.setting.K), float(scene.setting.D), periods, rounds)
             for key, scene in chosen.items()
         },
     }

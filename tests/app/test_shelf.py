@@ -8,9 +8,8 @@ from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import describe, explain
 from vibroscope.app.explorer.link import parse_address, print_address
 from vibroscope.app.explorer.parameters import FIELDS, MAIN_FIELDS, bounds_of
+from vibroscope.app.explorer.presets import scene_key, scenes, shelf, shelf_key
 from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.scenes import scene_key, scenes
-from vibroscope.app.explorer.shelf import shelf, shelf_key
 from vibroscope.app.explorer.state import Setting, slider_range, widened
 from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.export.formats import as_toml, loaded_from_toml
@@ -57,8 +56,8 @@ def test_every_system_of_the_shelf_is_valid_cited_and_recognised(key):
     assert shelf_key(setting) == key
     assert scene_key(setting) == ""
     assert shelf_key(setting._replace(clearance=setting.clearance + 1)) == ""
-    assert found.source
-    assert found.question.endswith("?")
+    assert found.origin
+    assert found.caption.endswith("?")
     assert setting.units == "si"
     low, high = widened(slider_range("K", setting.system), setting.K)
     assert low <= setting.K <= high

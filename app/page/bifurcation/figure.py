@@ -12,7 +12,7 @@ from bokeh.models import ColumnDataSource, Range1d
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.method_words import CUT, name_of_method
-from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.presets import scenes
 from vibroscope.app.explorer.state import Setting, slider_range
 from vibroscope.app.page.bifurcation.panel import SWEPT, motion_at, nearest_cell, shares
 from vibroscope.app.page.shared.figure import (
@@ -114,7 +114,7 @@ class BifurcationView:
         self.hover.formatters |= dict.fromkeys((f"@{name}" for name in _SHOWN), "printf")
         plot.add_tools(self.hover)
         self._scenes = [  # the paper's η, which mean nothing for another system
-            scene_line(scene.eta) for scene in scenes().values() if scene.group == "motion"
+            scene_line(scene.setting.eta) for scene in scenes().values() if scene.group == "motion"
         ]
         for line in self._scenes:
             plot.add_layout(line)
