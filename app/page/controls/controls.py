@@ -16,7 +16,6 @@ from vibroscope.app.explorer.parameters import (
     MAIN_FIELDS,
     SECOND_STOP_FIELDS,
     START_FIELDS,
-    bounds_of,
     range_text,
 )
 from vibroscope.app.explorer.physical_fields import (
@@ -124,7 +123,7 @@ def plain_description(name: str, setting: Setting) -> dict:
     field = shown_field(name, setting)
     return _description(
         field,
-        range_text(bounds_of(name), field.factor),
+        range_text(FIELDS[name].bounds, field.factor),
         why_locked(name, setting),
     )
 
