@@ -12,7 +12,7 @@ from vibroscope.app.explorer.force import force_text
 from vibroscope.app.explorer.method_words import words_of_method
 from vibroscope.app.explorer.present import TIME_POINTS, WINDOW
 from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.state import Setting, is_driven
+from vibroscope.app.explorer.state import SOLVERS, Setting, is_driven
 from vibroscope.app.runtime.number_text import print_value
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import (
@@ -164,7 +164,7 @@ def explain(
         )
     except ValueError as error:
         found = _without_verdict(comparison, error)
-    for name in ("reference", "penalty"):
+    for name in SOLVERS:
         judged = getattr(found, name)
         if judged is not None and judged is not getattr(comparison, name):
             on_judged(name, judged)

@@ -41,7 +41,9 @@ def plane_cells() -> PlaneCells:
     eta, shape = np.full(len(K) * len(D), scene.eta), (len(D), len(K))
     how = {"transient": _TRANSIENT, "sample": _SAMPLE, "threads": 1}  # leaves the other processors to other sessions
     how["cancelled"] = is_cancelled.get()
-    free, stepped = (run_cells(Cells(SYSTEM, eta, method, **grid), **how) for method in (scene.penalty.limit, scene.penalty))
+    free, stepped = (
+        run_cells(Cells(SYSTEM, eta, method, **grid), **how) for method in (scene.penalty.limit, scene.penalty)
+    )
     columns = _looks_periodic(free), _looks_periodic(stepped), stepped.longest_contact_steps
     return PlaneCells(K, D, *(column.reshape(shape) for column in columns))
 

@@ -11,7 +11,7 @@ from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.parameters import START_FIELDS
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.state import SOLVERS, Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import method_options, sweep_command, sweep_python
 from vibroscope.app.page.shared.cells import (
@@ -36,7 +36,6 @@ from vibroscope.app.studies.basin import (
     PALETTE,
     PLANES,
     SAMPLE,
-    SIDES,
     TRANSIENT,
     BasinQuestion,
     PartialBasin,
@@ -58,9 +57,9 @@ class BasinView:
         self._on_start = on_start
         first = default_span(System(), 1.0)
         self.ranges = {name: OwnedRange(*first) for name in ("start_x", "start_y")}
-        self.sources = {side: cells_source(f"basin_{side}_cells", "motion", "period") for side in SIDES}
+        self.sources = {side: cells_source(f"basin_{side}_cells", "motion", "period") for side in SOLVERS}
         self.mark = empty_source("basin_mark", "x", "y")
-        self.figures = {side: self._figure(side) for side in SIDES}
+        self.figures = {side: self._figure(side) for side in SOLVERS}
         plots = list(self.figures.values())
         self._axes = {name: UnitAxis(self.ranges[name], name[-1], *plots) for name in self.ranges}
         listen(plots, self.on_tap, on_zoom)
@@ -104,7 +103,7 @@ class BasinView:
         if result is None:
             return
         at = shown_field("eta", setting).words(result.question.eta)
-        for side in SIDES:
+        for side in SOLVERS:
             say(self.figures[side], f"{NAMES[side]}{_method_words(side, result.question)}, {at}", _seen(result, side))
             motion = result.shown(side)
             more = {"motion": np.where(motion >= 0, motion + 1, 0).astype(np.int32), "period": result.periods(side)}
@@ -271,12 +270,12 @@ class Basins(StudyView):
         values = (f"np.linspace({a!r}, {b!r}, {question.count})" for a, b in map(question.ends, "xy"))
         axes = ", ".join(f'"{name}": {each}' for name, each in zip(question.axes, values, strict=True))
         how = f"start={question.start}, transient={TRANSIENT}, sample={SAMPLE}"
-        problems = {side: f"system, {question.method(side)!r}, {question.eta!r}" for side in SIDES}
+        problems = {side: f"system, {question.method(side)!r}, {question.eta!r}" for side in SOLVERS}
         calls = {
             side: f"sweep(BasinStudy.over(\n    {problem},\n    {{{axes}}},\n    {how},\n))"
             for side, problem in problems.items()
         }
-        calls["difference"] = f"basin_difference({', '.join(SIDES)})"
+        calls["difference"] = f"basin_difference({', '.join(SOLVERS)})"
         return sweep_python(calls, question.system)
 
     def command(self, setting: Setting) -> str:
@@ -288,7 +287,7 @@ class Basins(StudyView):
         given += f" --start={','.join(map(print_number, question.start))}"
         given += f" --transient {TRANSIENT} --sample {SAMPLE}"
         both = sweep_command(
-            "basin", question.system, *(given + method_options(question.method(side)) for side in SIDES)
+            "basin", question.system, *(given + method_options(question.method(side)) for side in SOLVERS)
         )
         return f"{both}vibroscope sweep basin-difference basin1.zarr basin2.zarr\n"
 
@@ -316,7 +315,7 @@ def _limit(setting: Setting) -> Method | None:
 def _key(result: PartialBasin) -> list[list[str]]:
     """Colour, name and pattern of each motion."""
     rows = [[COLOURS[k] if k < len(COLOURS) else FURTHER, each.name, ""] for k, each in enumerate(result.motions)]
-    shown = [result.image(side) for side in SIDES]
+    shown = [result.image(side) for side in SOLVERS]
     inside = "body would be in the wall" if result.question.system.wall else "bodies would overlap"
     rows += [[SPECIAL[NO_NUMBER], inside, "missing"]] if any((s == NO_NUMBER).any() for s in shown) else []
     return rows + ([[SPECIAL[DIVERGED], "ended early", "paper"]] if any((s == DIVERGED).any() for s in shown) else [])
@@ -332,18 +331,18 @@ def statements(setting: Setting, result: PartialBasin) -> list[list[str]]:
             "than the reference."
         )
         lines.append([f"Different motions{so_far}", text])
-    return [*lines, *_here(setting, result), *([f"{NAMES[side]}{so_far}", _basins(result, side)] for side in SIDES)]
+    return [*lines, *_here(setting, result), *([f"{NAMES[side]}{so_far}", _basins(result, side)] for side in SOLVERS)]
 
 
 def _here(setting: Setting, result: PartialBasin) -> list[list[str]]:
     """The motions to which the cell of the present start leads, once both solvers have computed it."""
     question = result.question
     place = result.cell(*start_on(setting, question.axes))
-    if place is None or not all(result.known[side][place] for side in SIDES):
+    if place is None or not all(result.known[side][place] for side in SOLVERS):
         return []
     centre = zip(question.axes, (question.axis("x")[place[1]], question.axis("y")[place[0]]), strict=True)
     at = ", ".join(_number_words(setting, axis, float(f"{value:.3g}")) for axis, value in centre)
-    found = {side: int(result.cells[side][place]) for side in SIDES}
+    found = {side: int(result.cells[side][place]) for side in SOLVERS}
     words = {side: result.motions[k].name if k >= 0 else "no motion" for side, k in found.items()}
     text = f"The reference leads to {words['reference']}, the penalty model to {words['penalty']}."
     if found["reference"] == found["penalty"] >= 0:
