@@ -32,8 +32,7 @@ from vibroscope.app.commands.physical_units import (
     wanted_units,
 )
 from vibroscope.app.commands.report import Line, Report, Row, note, progress_line, record, watch_interrupt
-from vibroscope.app.explorer.force import plain_motion
-from vibroscope.app.explorer.method_words import full_words
+from vibroscope.app.explorer.method_words import full_words, plain_motion
 from vibroscope.app.explorer.state import SOLVERS
 from vibroscope.engine import (
     FREE_PERIODS,

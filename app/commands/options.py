@@ -287,6 +287,11 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> TimeStepping:
     return replace(with_located_steps(method), every_step=every_step) if located else method
 
 
+def scheme_of(options: argparse.Namespace) -> TimeStepping:
+    """The method that :func:`stepping_of` makes, for a search or a study that finds or varies its numbers."""
+    return stepping_of(options, K=1.0, D=0.0, steps=1000)
+
+
 def refuse_missing(options: argparse.Namespace, solver: str, why: str = "") -> None:
     """Raise ValueError that names all numbers that are not given, of eta and of those that a solver needs, and why."""
     follows = solver == "newmark" and hasattr(options, STEP_SCALE)  # K may follow the step

@@ -25,7 +25,7 @@ from vibroscope.app.commands.options import (
     note_held,
     note_unused,
     reference_of,
-    stepping_of,
+    scheme_of,
     system_of,
 )
 from vibroscope.app.commands.parser import Command, OneLineParser
@@ -131,7 +131,7 @@ def _every_law(options: argparse.Namespace) -> list[TimeStepping]:
         if missing := [f"--{name}" for name in numbers if numbers[name] is NEEDED and getattr(own, name) is None]:
             note(f"law {law} is left out: it needs {' and '.join(missing)}")
             continue
-        schemes.append(stepping_of(own, K=1.0, D=0.0, steps=1000))
+        schemes.append(scheme_of(own))
     if not options.located and options.status is None:
         schemes.append(with_located_steps(schemes[0]))  # of one law: each takes a search of its own
     return schemes
@@ -149,7 +149,7 @@ def _every_scheme(options: argparse.Namespace) -> list[TimeStepping]:
         if kind.explicit and options.status == "end":
             note(f"{name} knows the gap before the force: its status is that at the start")
             own.status = own.without_solution = None
-        schemes.append(stepping_of(own, K=1.0, D=0.0, steps=1000))
+        schemes.append(scheme_of(own))
     if not options.located and options.status is None:
         schemes += [with_located_steps(each) for each in schemes]
     return schemes
@@ -253,7 +253,7 @@ def run(options: argparse.Namespace) -> Report:
     units, progress = wanted_units(options), progress_line(lambda share: f"searching {100 * share:3.0f} %", 1)
     if is_asked(options):
         return find_schemes(options, partial(question_of, options), progress, units)
-    scheme = stepping_of(options, K=1.0, D=0.0, steps=1000)
+    scheme = scheme_of(options)
     contact = units and units.of_contact(scheme)
     if options.one_setting and not options.eta_range:
         raise ValueError("--one-setting needs a range: give --eta-range 2.6:2.8:5")

@@ -31,6 +31,7 @@ from vibroscope.app.commands.options import (
     note_held,
     note_unused,
     refuse_missing,
+    scheme_of,
     stepping_of,
     system_of,
     system_of_solver,
@@ -51,7 +52,6 @@ from vibroscope.engine import (
     PlaneStudy,
     Progress,
     StepStudy,
-    TimeStepping,
     basin_difference,
     is_compiled,
     spaced,
@@ -279,7 +279,7 @@ def _plane(options: argparse.Namespace, **periods: int) -> PlaneStudy:
     if exact and options.located:
         raise ValueError("the exact penalty method has no step that could be located: leave --located out")
     axes = {name: spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "D")}
-    method = ExactPenalty(1.0, 0.0, **law_of(options)) if exact else replace(_scheme(options), steps=options.steps)
+    method = ExactPenalty(1.0, 0.0, **law_of(options)) if exact else replace(scheme_of(options), steps=options.steps)
     return PlaneStudy(system_of(options), method, eta_of(options), **axes, parts=not options.no_error, **periods)
 
 
@@ -293,13 +293,8 @@ def _step(options: argparse.Namespace, **periods: int) -> StepStudy:
 def _no_solution(options: argparse.Namespace, **periods: int) -> NoSolutionStudy:
     options.status = options.status or "end"
     axes = {name: spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "steps")}
-    method = replace(_scheme(options), damping=options.D)
+    method = replace(scheme_of(options), damping=options.D)
     return NoSolutionStudy(system_of(options), method, eta_of(options), **axes, **periods)
-
-
-def _scheme(options: argparse.Namespace) -> TimeStepping:
-    """The method of the cells, without its numbers."""
-    return stepping_of(options, K=1.0, D=0.0, steps=1000)
 
 
 def _run(options: argparse.Namespace, make: Callable[..., Study], concluded: Callable) -> Report | int:

@@ -56,17 +56,8 @@ PULSES = {
     "sweep": (Load.sweep, ("frequency", "frequency", "time"), "F1,F2,T", "a sine from the frequency F1 to F2 in T"),
 }
 KINDS = {"base": ("acceleration", "acceleration of the base"), "force": ("force", "force on a body")}
-HISTORY = (
-    "time",
-    "displacement1",
-    "displacement2",
-    "velocity1",
-    "velocity2",
-    "acceleration1",
-    "acceleration2",
-    "force",
-)
-QUANTITIES = ("time", *("displacement",) * 2, *("velocity",) * 2, *("acceleration",) * 2, "force")
+MOTIONS = ("displacement", "velocity", "acceleration")
+HISTORY = {"time": "time", **{f"{what}{body}": what for what in MOTIONS for body in (1, 2)}, "force": "force"}
 _EXAMPLES = """\
 examples:
   vibroscope transient --system box.toml --base-half-sine '30 g,11 ms' --units
@@ -221,14 +212,14 @@ def _lines(
 
 
 def _write_history(path: str, runs: dict[str, Transient], units: Units | None) -> None:
-    rows, quantities = [], dict(zip(HISTORY, QUANTITIES, strict=True))
+    rows = []
     for name, each in runs.items():
         sampled = each.response.trajectory
         if sampled is None:
             raise ValueError(f"--history needs whole runs; {name}: {each.response.ending}")
         moved = *sampled.displacement, *sampled.velocity, *absolute_accelerations(each.response)
         columns = dict(zip(HISTORY, (sampled.time, *moved, sampled.force), strict=True))
-        columns = columns_in_units(columns, units, quantities)
+        columns = columns_in_units(columns, units, HISTORY)
         rows += [[name, *row] for row in np.transpose(list(columns.values())).tolist()]
     write_csv(path, ["solution", *columns], _cells(rows))
 

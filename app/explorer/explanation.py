@@ -8,8 +8,7 @@ import numpy as np
 from vibroscope.app.explorer.compute import RunPair, SolverRun, run_length
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import shown_content, shown_text
-from vibroscope.app.explorer.force import force_text
-from vibroscope.app.explorer.method_words import words_of_method
+from vibroscope.app.explorer.method_words import force_text, words_of_method
 from vibroscope.app.explorer.present import TIME_POINTS, WINDOW
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import SOLVERS, Setting, is_driven

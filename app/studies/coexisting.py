@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from vibroscope.app.explorer.field_units import shown_field, shown_text
-from vibroscope.app.explorer.force import plain_motion
-from vibroscope.app.explorer.method_words import brief_name
+from vibroscope.app.explorer.method_words import brief_name, plain_motion
 from vibroscope.app.explorer.motion_kind import describe_kind
 from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.state import SOLVERS, Setting
