@@ -20,7 +20,6 @@ from vibroscope.app.commands.options import (
     reference_of,
     refuse_missing,
     stepping_of,
-    system_of,
 )
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import (
@@ -144,7 +143,7 @@ def run(options: argparse.Namespace) -> Report:
     """Compare."""
     if options.measured is None:
         refuse_missing(options, "newmark")
-    eta, system = eta_of(options), system_of(options)
+    eta, system = eta_of(options), options.file.system
     if options.measured is not None:
         note_unused(options, ["series", "keep", "alone"], "with --measured")
     elif not options.json:

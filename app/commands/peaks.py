@@ -10,7 +10,6 @@ from vibroscope.app.commands.options import (
     reference_of,
     refuse_missing,
     stepping_of,
-    system_of,
 )
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import add_units_option, physical_part, wanted_units
@@ -44,7 +43,7 @@ def add(command: OneLineParser) -> None:
 def run(options: argparse.Namespace) -> Report:
     """Run both solutions."""
     refuse_missing(options, "newmark")
-    system, eta, units = system_of(options), eta_of(options), wanted_units(options)
+    system, eta, units = options.file.system, eta_of(options), wanted_units(options)
     methods = {"reference": reference_of(options), "penalty": stepping_of(options)}
     if (options.transmissibility is None) != (options.eta_range is None):
         raise ValueError("--transmissibility and --eta-range go together: give a file and frequencies, as 0.5:3:200")

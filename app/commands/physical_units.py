@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from vibroscope.app.commands.options import units_of
 from vibroscope.app.explorer.method_words import force_text, has_peak_force
 from vibroscope.engine import QUANTITIES, UNIT_SYSTEMS, Method, Response, Units, written
 
@@ -29,7 +28,7 @@ def add_units_option(command: argparse.ArgumentParser) -> None:
 
 def wanted_units(options: argparse.Namespace) -> Units | None:
     """The units to print in; None with ``none``, and by default where the numbers of the system have no dimension."""
-    own = units_of(options)
+    own = options.file.units
     chosen = options.units or ("none" if own == Units() else "si")
     return None if chosen == "none" else replace(own, system=chosen)
 

@@ -26,7 +26,6 @@ from vibroscope.app.commands.options import (
     note_unused,
     reference_of,
     scheme_of,
-    system_of,
 )
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import add_units_option, wanted_units
@@ -86,7 +85,7 @@ def find_schemes(
     searched = _searched(options)
     every = {"integrator": _every_scheme, "law": _every_law}[searched]
     schemes = code.schemes() if code else every(options)
-    system, eta = system_of(options), eta_of(options)
+    system, eta = options.file.system, eta_of(options)
     note(f"searching with {counted(len(schemes), 'method')}: some take a minute")
     found = recommend_schemes(question_of(eta, schemes[0]), schemes, progress=progress)
     best = found[0]
@@ -243,7 +242,7 @@ def eta_range(text: str) -> tuple:
 
 def run(options: argparse.Namespace) -> Report:
     """Search."""
-    if not system_of(options).excitation.drives:
+    if not options.file.system.excitation.drives:
         raise ValueError(
             "nothing drives the bodies, and a search needs a motion that lasts: give what drives them in --system, or "
             "find K, D and the step for one contact with vibroscope impact"
@@ -287,7 +286,7 @@ def question_of(options: argparse.Namespace, etas: float | Sequence[float], sche
         None if given == OFF else given for given in (options.restitution_tolerance, options.force_tolerance)
     )
     return SettingQuestion(
-        system_of(options),
+        options.file.system,
         etas,
         Tolerances(options.tolerance, restitution, force),
         Limits(options.K_max, options.steps_max, options.K, options.D),

@@ -33,7 +33,6 @@ from vibroscope.app.commands.options import (
     refuse_missing,
     scheme_of,
     stepping_of,
-    system_of,
     system_of_solver,
 )
 from vibroscope.app.commands.parser import Command, OneLineParser
@@ -280,21 +279,21 @@ def _plane(options: argparse.Namespace, **periods: int) -> PlaneStudy:
         raise ValueError("the exact penalty method has no step that could be located: leave --located out")
     axes = {name: spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "D")}
     method = ExactPenalty(1.0, 0.0, **law_of(options)) if exact else replace(scheme_of(options), steps=options.steps)
-    return PlaneStudy(system_of(options), method, eta_of(options), **axes, parts=not options.no_error, **periods)
+    return PlaneStudy(options.file.system, method, eta_of(options), **axes, parts=not options.no_error, **periods)
 
 
 def _step(options: argparse.Namespace, **periods: int) -> StepStudy:
     refuse_missing(options, "newmark")
     method = stepping_of(options, K=1.0 if options.K is None else options.K, D=options.D, steps=options.steps[0])
     more = {"stiffness_of_step": options.stiffness_of_step, "initial": options.initial}
-    return StepStudy(system_of(options), method, eta_of(options), steps=options.steps, **more, **periods)
+    return StepStudy(options.file.system, method, eta_of(options), steps=options.steps, **more, **periods)
 
 
 def _no_solution(options: argparse.Namespace, **periods: int) -> NoSolutionStudy:
     options.status = options.status or "end"
     axes = {name: spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "steps")}
     method = replace(scheme_of(options), damping=options.D)
-    return NoSolutionStudy(system_of(options), method, eta_of(options), **axes, **periods)
+    return NoSolutionStudy(options.file.system, method, eta_of(options), **axes, **periods)
 
 
 def _run(options: argparse.Namespace, make: Callable[..., Study], concluded: Callable) -> Report | int:

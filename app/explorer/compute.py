@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from vibroscope.app.explorer.presets import opening_setting
-from vibroscope.app.explorer.state import Setting, is_driven
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.compilation import compilation
@@ -96,7 +96,7 @@ def cached_runs(setting: Setting, cache: Cache = _CACHE) -> RunPair | None:
 
 def run_length(system: System, eta: float, initial: Start) -> dict[str, int]:
     """Periods to run and to keep: of a free vibration as `engine.free_length` has it, else those of `simulate`."""
-    return {} if is_driven(system) else dict(_free_length(system, eta, initial))
+    return {} if system.excitation.drives else dict(_free_length(system, eta, initial))
 
 
 @lru_cache(maxsize=64)

@@ -242,7 +242,7 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[field.default for field in
     @property
     def is_driven(self) -> bool:
         """Whether anything moves with the frequency η; otherwise it only counts the time."""
-        return is_driven(self.system)
+        return self.system.excitation.drives
 
     @property
     def start_numbers(self) -> tuple[float, float, float, float]:
@@ -299,8 +299,3 @@ def integrator_numbers(setting: Setting) -> tuple[str, ...]:
 def law_numbers(setting: Setting) -> tuple[str, ...]:
     """Names of the numbers that the contact law of a setting has, beside K and D."""
     return tuple(numbers_of(setting.law))
-
-
-def is_driven(system: System) -> bool:
-    """Whether anything moves with the frequency η; otherwise a motion is a free vibration from its start."""
-    return system.excitation.drives

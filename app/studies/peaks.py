@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.explorer.compute import free_text, run_length
-from vibroscope.app.explorer.state import SOLVERS, is_driven
+from vibroscope.app.explorer.state import SOLVERS
 from vibroscope.engine import (
     PEAKS,
     Method,
@@ -45,7 +45,7 @@ def sampled(
 
 def kept_text(system: System, eta: float, initial: Sequence[float] | None) -> str:
     """Over which periods :func:`sampled` looks."""
-    return f"the last {PERIODS} periods" if is_driven(system) else free_text(system, eta, initial)
+    return f"the last {PERIODS} periods" if system.excitation.drives else free_text(system, eta, initial)
 
 
 class PeaksQuestion(NamedTuple):
