@@ -1,7 +1,7 @@
 """The published cases, read from ``assets/validation/cases.toml``; its header explains the keys."""
 
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 
 from vibroscope.app.runtime.files import asset
@@ -45,13 +45,13 @@ class PublishedFigure:
     """
 
     what: str
-    unit: str
-    published: float | None
     recomputed: float
     within: float
     measure: str
     arguments: dict
-    note: str
+    unit: str = ""
+    published: float | None = None
+    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class PublishedCase:
 
     Attributes
     ----------
-    key, title, source, url : str
+    key, title, source : str
     formula : bool
         Whether what the source prints is a formula, of which the published figures are the values.
     system : System
@@ -77,7 +77,6 @@ class PublishedCase:
     key: str
     title: str
     source: str
-    url: str
     formula: bool
     system: System
     units: Units | None
@@ -102,10 +101,7 @@ def _case(table: dict) -> PublishedCase:
         content = system_of_tables({name: table[name] for name in ("system", "excitation") if name in table})
         system, units, eta = content.system, None, run["eta"]
     return PublishedCase(
-        key=table["key"],
-        title=table["title"],
-        source=table["source"],
-        url=table.get("url", ""),
+        **{name: table[name] for name in ("key", "title", "source")},
         formula=table.get("formula", False),
         system=system,
         units=units,
@@ -134,19 +130,10 @@ def _initial(run: dict, units: Units | None) -> tuple[float, float, float, float
     """The state at the beginning: ``start``, or ``start_SI`` in m and m/s."""
     if "start_SI" not in run or units is None:
         return tuple(run.get("start", (0.0, 0.0, 0.0, 0.0)))
-    kinds = ("displacement", "velocity", "displacement", "velocity")
-    return tuple(units.model(kind, value) for kind, value in zip(kinds, run["start_SI"], strict=True))
+    return tuple(map(units.model, ("displacement", "velocity") * 2, run["start_SI"]))
 
 
 def _quantity(table: dict) -> PublishedFigure:
-    own = ("what", "unit", "published", "recomputed", "within", "measure", "note")
-    return PublishedFigure(
-        what=table["what"],
-        unit=table.get("unit", ""),
-        published=table.get("published"),
-        recomputed=table["recomputed"],
-        within=table["within"],
-        measure=table["measure"],
-        arguments={name: value for name, value in table.items() if name not in own},
-        note=table.get("note", ""),
-    )
+    own = {each.name for each in fields(PublishedFigure)}
+    arguments = {name: value for name, value in table.items() if name not in own}
+    return PublishedFigure(**{name: table[name] for name in own & table.keys()}, arguments=arguments)
