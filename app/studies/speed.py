@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.performance.contenders import CHECKED, PERIODS, engine_seconds
+from vibroscope.app.performance.bench import CHECKED, PERIODS, engine_seconds
 from vibroscope.app.performance.peers import plain_loop
 from vibroscope.app.studies.time_step import question_as_dict
 from vibroscope.engine import (

@@ -17,7 +17,7 @@ from vibroscope.app.export.scripts import as_command, as_python, speed_python
 from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.page.study.speed import Speed
 from vibroscope.app.page.study.time_step import TimeStep, TimeStepView
-from vibroscope.app.performance.contenders import CHECKED
+from vibroscope.app.performance.bench import CHECKED
 from vibroscope.app.studies import speed, time_step
 from vibroscope.app.studies.speed import SolverKey, grow_speed
 from vibroscope.app.studies.time_step import grow_step
