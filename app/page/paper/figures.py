@@ -9,7 +9,7 @@ from bokeh.plotting import figure
 from vibroscope.app.explorer.presets import scenes
 from vibroscope.app.page.shared.figure import BLUE, CLICK, INK, SOLUTIONS, VERMILLION, make_figure, scene_line
 from vibroscope.app.page.shared.ranges import OwnedRange, extent
-from vibroscope.app.paper import CellMap, PhasePlots, Picture, TimeHistory
+from vibroscope.app.paper.pictures import CellMap, PhasePlots, Picture, TimeHistory
 from vibroscope.app.studies.bifurcation import raster
 from vibroscope.engine import Diagram, Response, motion
 
