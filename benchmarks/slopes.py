@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from vibroscope.app.performance.contenders import SYSTEM, engine_seconds
+from vibroscope.app.performance.bench import SYSTEM, engine_seconds
 from vibroscope.engine import ExactPenalty, Newmark, Reference, System, simulate
 
 PERIODS = (1000, 2000, 4000, 8000, 16000, 32000)

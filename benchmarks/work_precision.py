@@ -22,14 +22,15 @@ import _scipy_peers
 import _svg
 import numpy as np
 from vibroscope.app.performance import bench, peers
-from vibroscope.app.performance.bench import state_error, true_state
-from vibroscope.app.performance.contenders import (
+from vibroscope.app.performance.bench import (
     PERIODS,
     SYSTEM,
     Contender,
     engine_contender,
     peer_contender,
     run_seconds,
+    state_error,
+    true_state,
 )
 from vibroscope.engine import ExactPenalty, Newmark
 from vibroscope.engine.sweeps.digest import solver_digest

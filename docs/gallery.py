@@ -5,9 +5,7 @@ from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 from vibroscope.app.explorer.compute import run_length
-from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.explorer.shelf import shelf
+from vibroscope.app.explorer.presets import scenes, shelf
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import as_command
 from vibroscope.engine import Comparison, ComparisonQuestion, compare, verdict
@@ -15,8 +13,7 @@ from vibroscope.engine import Comparison, ComparisonQuestion, compare, verdict
 
 def settings() -> dict[str, Setting]:
     """The setting of each scene and of each system of the shelf, by key."""
-    found = {key: read_setting(scene.texts()) for key, scene in scenes().items()}
-    return found | {key: system.setting for key, system in shelf().items()}
+    return {key: each.setting for key, each in (scenes() | shelf()).items()}
 
 
 def comparison(setting: Setting) -> Comparison:
@@ -51,7 +48,7 @@ class Gallery(SphinxDirective):
             entry.caption,
             "",
             *(self._computed(key, entry, setting) if computed else ()),
-            *([f"Source: {entry.origin}", ""] if hasattr(entry, "origin") else []),
+            *([f"Source: {entry.origin}", ""] if entry.origin else []),
             ".. code-block:: sh",
             "",
             *(f"   {line}" for line in as_command(setting).splitlines()),

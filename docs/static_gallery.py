@@ -19,8 +19,7 @@ mpl.use("svg")
 
 from entries import histories, phases  # noqa: E402
 from gallery import comparison, settings  # noqa: E402
-from vibroscope.app.explorer.scenes import scenes  # noqa: E402
-from vibroscope.app.explorer.shelf import shelf  # noqa: E402
+from vibroscope.app.explorer.presets import scenes, shelf  # noqa: E402
 from vibroscope.app.export.report import STYLE, Findings, as_report  # noqa: E402
 from vibroscope.app.export.scripts import as_command, as_python  # noqa: E402
 from vibroscope.engine import percent, verdict  # noqa: E402

@@ -5,7 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from vibroscope.app.explorer.shelf import shelf
+from vibroscope.app.explorer.presets import shelf
 
 ROOT = Path(__file__).parents[1]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from vibroscope.app.explorer.shelf import read_shelf
+from vibroscope.app.explorer.presets import read_shelf
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.take_away import file_writer

@@ -196,7 +196,7 @@ def _run(words: Sequence[str]) -> int:
         print(f"{name}: {where}{problem.strerror or problem}", file=sys.stderr)
         return 1
     except ValueError as problem:
-        print(f"{name}: {numbers.as_typed(str(problem), typed, getattr(options, 'system', None))}", file=sys.stderr)
+        print(f"{name}: {numbers.as_typed(str(problem), typed, getattr(options, 'file', None))}", file=sys.stderr)
         return 2
     if not was_open and options.command != "serve":  # whose output nobody needs
         print(f"{name}: the standard output is closed, so that nothing was printed", file=sys.stderr)

@@ -20,7 +20,6 @@ from vibroscope.app.commands.options import (
     reference_of,
     refuse_missing,
     stepping_of,
-    system_of,
 )
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import (
@@ -32,8 +31,8 @@ from vibroscope.app.commands.physical_units import (
     wanted_units,
 )
 from vibroscope.app.commands.report import Line, Report, Row, note, progress_line, record, watch_interrupt
-from vibroscope.app.explorer.force import plain_motion
-from vibroscope.app.explorer.method_words import full_words
+from vibroscope.app.explorer.method_words import full_words, plain_motion
+from vibroscope.app.explorer.state import SOLVERS
 from vibroscope.engine import (
     FREE_PERIODS,
     PARTS,
@@ -122,7 +121,6 @@ def _physical(name: str, value: float, eta: float, method: Method, units: Units 
     return written(units.settings(eta, run)[_PHYSICAL[name][0]])
 
 
-MOTIONS = ("reference", "penalty")
 # The parts of the regularisation's part; the last two add up to the one before.
 SPLIT = ("contact_time", "wrong_restitution", "pulling", "damper")
 TIME_STEP_PARTS = ("status", "integrator")
@@ -146,7 +144,7 @@ def run(options: argparse.Namespace) -> Report:
     """Compare."""
     if options.measured is None:
         refuse_missing(options, "newmark")
-    eta, system = eta_of(options), system_of(options)
+    eta, system = eta_of(options), options.file.system
     if options.measured is not None:
         note_unused(options, ["series", "keep", "alone"], "with --measured")
     elif not options.json:
@@ -163,7 +161,7 @@ def run(options: argparse.Namespace) -> Report:
     def data() -> dict:
         more = {"series": _series_json(comparison)} if options.series else {}
         more |= {"alone": judgement.alone and judgement.alone.as_dict()} if options.alone else {}
-        motions = {name: physical_motion(units, getattr(comparison, name)) for name in MOTIONS} if units else {}
+        motions = {name: physical_motion(units, getattr(comparison, name)) for name in SOLVERS} if units else {}
         return as_json(comparison, judgement) | more | physical_part(units, eta, method, **motions)
 
     def lines() -> Iterator[Line]:
@@ -342,7 +340,7 @@ def part_rows(
 def _motion_rows(comparison: Comparison) -> list[tuple[str, str]]:
     """Both motions, which a free vibration does not repeat."""
     free = comparison.is_free
-    texts = {name: "free vibration" if free else _motion_text(getattr(comparison, name)) for name in MOTIONS}
+    texts = {name: "free vibration" if free else _motion_text(getattr(comparison, name)) for name in SOLVERS}
     if comparison.runs.penalty.status is Status.WITHOUT_SOLUTION:
         texts["penalty"] = "not known: stopped at a step without a solution"
     return list(texts.items())
@@ -356,7 +354,7 @@ def _motion_text(motion: Motion) -> str:
 def _physical_lines(comparison: Comparison, units: Units) -> list[Line]:
     runs = comparison.runs
     texts = {"physical": settings_text(units, runs.penalty.eta, runs.penalty.method)}
-    for name in () if comparison.is_free else MOTIONS:
+    for name in () if comparison.is_free else SOLVERS:
         motion, method = getattr(comparison, name), getattr(runs, name).method
         texts[f"  {name}"] = motion_text(units, runs.penalty.eta, motion, method) or "nothing known"
     return ["", *columns(texts.items())]

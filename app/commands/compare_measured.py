@@ -4,7 +4,7 @@ import argparse
 import math
 from collections.abc import Iterator
 
-from vibroscope.app.commands.options import reference_of, refuse_missing, stepping_of, units_of
+from vibroscope.app.commands.options import reference_of, refuse_missing, stepping_of
 from vibroscope.app.commands.physical_units import wanted_units
 from vibroscope.app.commands.report import Report, record
 from vibroscope.engine import (
@@ -81,7 +81,7 @@ def column_names(text: str) -> dict[str, str]:
 def _read(options: argparse.Namespace) -> Measurement:
     """The file; where its header does not say which column is what, the error names the option that does."""
     try:
-        return read_measurement(options.measured, units_of(options), options.columns, options.eta)
+        return read_measurement(options.measured, options.file.units, options.columns, options.eta)
     except UnknownColumns as problem:
         second = ", xi2=3 [mm]" if len(problem.header) > 2 else ""
         raise ValueError(f'{problem}: --columns "time=1 [s], xi1=2 [mm]{second}"') from None

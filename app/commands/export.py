@@ -13,8 +13,6 @@ from vibroscope.app.commands.options import (
     eta_of,
     kept_periods,
     method_of,
-    system_of,
-    units_of,
 )
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import add_units_option, wanted_units
@@ -54,8 +52,8 @@ def run(options: argparse.Namespace) -> Report | None:
         raise ValueError(
             f"{code.NAME} cannot express status = {options.status!r}: it has {code.STATUS!r}; give that, or none"
         )
-    method, own = method_of(options), units_of(options)
-    system, eta = system_of(options), eta_of(options)
+    method, own = method_of(options), options.file.units
+    system, eta = options.file.system, eta_of(options)
     if options.periods is None:
         options.periods, keep = usual_length(options.to, system, eta, method.steps, options.initial)
         options.keep = keep if options.keep is None else options.keep

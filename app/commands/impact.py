@@ -101,7 +101,7 @@ def add(command: OneLineParser) -> None:
     words = "print a band as CSV instead: steps-per-contact=A:B or speed=A:B, in 100 values; or time: the force over "
     words += "time of the touches whose restitution is nearest to and farthest from what was asked, and without a step"
     add("--over", type=_over, metavar="NAME[=A:B]", help=words)
-    command.set_defaults(system=SI, steps=NO_STEPS, located=False)
+    command.set_defaults(file=SI, steps=NO_STEPS, located=False)
 
 
 def _over(text: str) -> tuple[str, float, float] | tuple[str]:

@@ -3,7 +3,7 @@
 import argparse
 
 from vibroscope.app.commands.numbers import count, number
-from vibroscope.app.commands.options import add_fields, add_system_option, system_of, units_of
+from vibroscope.app.commands.options import add_fields, add_system_option
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.report import Report
 from vibroscope.engine import measurement_text, synthetic_measurement
@@ -27,9 +27,9 @@ def add(command: OneLineParser) -> None:
 def run(options: argparse.Namespace) -> Report:
     """Make the example."""
     options.seed = whole("seed", options.seed, 0, 2**63, "give a whole number")
-    system, units = system_of(options), units_of(options)
+    system, units = options.file.system, options.file.units
     if options.eta is None:
-        options.eta = options.system.eta or _ETA
+        options.eta = options.file.eta or _ETA
     names = ("periods", "per_period", "noise", "phase", "seed")
     example = synthetic_measurement(system, options.eta, **{name: getattr(options, name) for name in names})
     moves = system.excitation.base != 0

@@ -15,7 +15,7 @@ from vibroscope.app.commands.physical_units import (
     wanted_units,
 )
 from vibroscope.app.commands.report import Line, Report, Row, note, progress_line, rows
-from vibroscope.app.explorer.force import has_peak_force, plain_motion
+from vibroscope.app.explorer.method_words import has_peak_force, plain_motion
 from vibroscope.engine import Attractor, Motion, Statement, attractors, counted, motion, repetition, touching
 from vibroscope.engine.facts import joined
 

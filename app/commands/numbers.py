@@ -206,7 +206,7 @@ def _resolved(value: object, name: str, options: argparse.Namespace) -> object:
         quantity = _quantity_of(getattr(options, _ENDS[name]))
     if not quantity:
         raise ValueError(f"{named} {value.text!r}: this number is given without a unit")
-    file = getattr(options, "system", None)
+    file = getattr(options, "file", None)
     if file is None or not file.has_units:
         raise ValueError(
             f"{named} {value.text!r}: a unit has no meaning without a system in physical units: give --system FILE "

@@ -22,7 +22,6 @@ from vibroscope.engine import (
     System,
     SystemFile,
     TimeStepping,
-    Units,
     read_system,
     stiffness_of_step,
     with_located_steps,
@@ -75,9 +74,10 @@ def system_file(path: str) -> SystemFile:
 
 
 def add_system_option(command: argparse.ArgumentParser) -> None:
-    """Add ``--system FILE.toml``, for :func:`system_of` and :func:`units_of`."""
+    """Add ``--system FILE.toml``: as ``file`` the options have the system, by default the paper's, and its units."""
     command.add_argument(
         "--system",
+        dest="file",
         metavar="FILE.toml",
         type=system_file,
         default=SystemFile(),
@@ -86,32 +86,22 @@ def add_system_option(command: argparse.ArgumentParser) -> None:
     )
 
 
-def system_of(options: argparse.Namespace) -> System:
-    """The system that the options describe, by default the paper's."""
-    return options.system.system
-
-
 def eta_of(options: argparse.Namespace) -> float:
     """η that the options give, or else the system file, which the options then hold as if it were given."""
-    given, options.eta = options.eta, options.system.usual_eta if options.eta is None else options.eta
+    given, options.eta = options.eta, options.file.usual_eta if options.eta is None else options.eta
     if options.eta is None:
         raise ValueError(missing_words("the command", {"eta": OTHER_ETA}))
-    if given not in (None, options.system.eta):
+    if given not in (None, options.file.eta):
         note_held(options)
     return options.eta
 
 
 def note_held(options: argparse.Namespace) -> None:
     """Note on stderr what of the base keeps its amplitude at other frequencies than that of the system file."""
-    file = options.system
+    file = options.file
     held = held_text(file.system.excitation, file.units if file.has_units else None, file.forms)
     if held and file.eta is not None:
         note(f"{held} is held over the frequency".replace("²", "2"))
-
-
-def units_of(options: argparse.Namespace) -> Units:
-    """The units that the options describe, by default the paper's."""
-    return options.system.units
 
 
 # --- the solver -------------------------------------------------------------------------------------------------------
@@ -211,7 +201,7 @@ def stiffness_of(options: argparse.Namespace) -> float | None:
     scale = getattr(options, "stiffness_of_step", None)
     if scale is None or options.steps is None:
         return options.K
-    return stiffness_of_step(system_of(options), eta_of(options), options.steps, scale)
+    return stiffness_of_step(options.file.system, eta_of(options), options.steps, scale)
 
 
 def problem_of(options: argparse.Namespace) -> tuple[System, float, Method]:
@@ -226,7 +216,7 @@ def problem_of(options: argparse.Namespace) -> tuple[System, float, Method]:
 
 def system_of_solver(options: argparse.Namespace) -> System:
     """The system, with the restitution that is given for a solver that has it."""
-    system, given = system_of(options), options.restitution
+    system, given = options.file.system, options.restitution
     return system if given is None or "restitution" not in _own_options(options) else replace(system, restitution=given)
 
 
@@ -287,11 +277,16 @@ def stepping_of(options: argparse.Namespace, **numbers: float) -> TimeStepping:
     return replace(with_located_steps(method), every_step=every_step) if located else method
 
 
+def scheme_of(options: argparse.Namespace) -> TimeStepping:
+    """The method that :func:`stepping_of` makes, for a search or a study that finds or varies its numbers."""
+    return stepping_of(options, K=1.0, D=0.0, steps=1000)
+
+
 def refuse_missing(options: argparse.Namespace, solver: str, why: str = "") -> None:
     """Raise ValueError that names all numbers that are not given, of eta and of those that a solver needs, and why."""
     follows = solver == "newmark" and hasattr(options, STEP_SCALE)  # K may follow the step
     instead = {  # whether something else stands for a number, and what that could be
-        "eta": (options.system.usual_eta is not None, OTHER_ETA),
+        "eta": (options.file.usual_eta is not None, OTHER_ETA),
         "K": (follows and getattr(options, STEP_SCALE) is not None, option(STEP_SCALE) if follows else ""),
         "D": (
             getattr(options, "law", None) in LAWS_BY_RESTITUTION,

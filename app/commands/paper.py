@@ -14,7 +14,7 @@ Checked = tuple[Claim, Finding]
 def run(options: argparse.Namespace) -> Report:
     """Check all claims."""
     found = ((claim, claim.find()) for claim in CLAIMS.values())
-    return checks(found, _lines, lambda checked: as_dict(*checked), _is_known, _summary)
+    return checks(found, _lines, lambda checked: as_dict(*checked), _is_known, "as known", _summary)
 
 
 def _is_known(checked: Checked) -> bool:
@@ -32,9 +32,7 @@ def _lines(checked: Checked) -> list[str]:
     return lines
 
 
-def _summary(checked: Sequence[Checked]) -> str:
-    unknown = sum(not _is_known(each) for each in checked)
-    outcome = "all as known" if not unknown else f"{unknown} NOT as known"
+def _summary(checked: Sequence[Checked], outcome: str) -> str:
     return f"\n{len(checked)} claims: {count_verdicts(claim.verdict(finding) for claim, finding in checked)}; {outcome}"
 
 

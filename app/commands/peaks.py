@@ -10,23 +10,19 @@ from vibroscope.app.commands.options import (
     reference_of,
     refuse_missing,
     stepping_of,
-    system_of,
 )
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import add_units_option, physical_part, wanted_units
 from vibroscope.app.commands.recommend import eta_range
 from vibroscope.app.commands.report import Line, Report, write_csv
-from vibroscope.app.studies.peaks import FEW, kept_text, off_text, sampled
+from vibroscope.app.studies.peaks import FEW, Read, kept_text, off_text, read_off, sampled
 from vibroscope.engine import (
     PEAKS,
     Method,
-    Spectrum,
     System,
     Units,
     finite_or_none,
-    peaks,
     spaced,
-    spectrum,
     transmissibility,
     written,
 )
@@ -47,19 +43,20 @@ def add(command: OneLineParser) -> None:
 def run(options: argparse.Namespace) -> Report:
     """Run both solutions."""
     refuse_missing(options, "newmark")
-    system, eta, units = system_of(options), eta_of(options), wanted_units(options)
+    system, eta, units = options.file.system, eta_of(options), wanted_units(options)
     methods = {"reference": reference_of(options), "penalty": stepping_of(options)}
     if (options.transmissibility is None) != (options.eta_range is None):
         raise ValueError("--transmissibility and --eta-range go together: give a file and frequencies, as 0.5:3:200")
     if options.transmissibility and not system.excitation.base:
         raise ValueError("--transmissibility is relative to the base, which does not move: give it a motion")
     runs = {name: sampled(system, eta, method, options.initial) for name, method in methods.items()}
-    found = {name: peaks(run) if run.ok else dict.fromkeys(PEAKS, np.nan) for name, run in runs.items()}
+    read = {name: read_off(run) for name, run in runs.items()}
+    found = {name: each.peaks for name, each in read.items()}
     ended = [f"{name}: {run.ending}" for name, run in runs.items() if not run.ok]
     if options.spectrum:
         if ended:
             raise ValueError(f"--spectrum needs both solutions: {ended[0]}")
-        _write_spectra(options.spectrum, {name: spectrum(response) for name, response in runs.items()})
+        _write_spectra(options.spectrum, read)
     if options.transmissibility:
         _write_transmissibility(options.transmissibility, system, methods, spaced("eta", *options.eta_range).tolist())
     data = {"eta": eta} | {
@@ -106,12 +103,11 @@ def _lines(
     yield from ended
 
 
-def _write_spectra(path: str, found: dict[str, Spectrum]) -> None:
-    heads = ("displacement1", "displacement2", "acceleration1", "acceleration2", "contact_force")
-    columns = [next(iter(found.values())).order]
-    for each in found.values():
-        columns += [*each.displacement, *each.acceleration, each.force]
-    write_csv(path, ["order", *(f"{name}_{head}" for name in found for head in heads)], np.transpose(columns).tolist())
+def _write_spectra(path: str, found: dict[str, Read]) -> None:
+    columns = {}
+    for name, each in found.items():
+        columns |= {head if head == "order" else f"{name}_{head}": column for head, column in each.amplitudes.items()}
+    write_csv(path, list(columns), np.transpose(list(columns.values())).tolist())
 
 
 def _write_transmissibility(path: str, system: System, methods: dict[str, Method], etas: Sequence[float]) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from vibroscope.app.commands.options import units_of
+from vibroscope.app.explorer.method_words import force_text, has_peak_force
 from vibroscope.engine import QUANTITIES, UNIT_SYSTEMS, Method, Response, Units, written
 
 if TYPE_CHECKING:  # `vibroscope simulate` does without, and it imports the whole description of motions
@@ -28,7 +28,7 @@ def add_units_option(command: argparse.ArgumentParser) -> None:
 
 def wanted_units(options: argparse.Namespace) -> Units | None:
     """The units to print in; None with ``none``, and by default where the numbers of the system have no dimension."""
-    own = units_of(options)
+    own = options.file.units
     chosen = options.units or ("none" if own == Units() else "si")
     return None if chosen == "none" else replace(own, system=chosen)
 
@@ -56,8 +56,6 @@ def physical_motion(units: Units, motion: "Motion") -> dict:
 
     Impacts have an impulse and no peak force: it is None, too, where there is no other contact.
     """
-    from vibroscope.app.explorer.force import has_peak_force  # imports what describes motions
-
     quantities = {"peak_force": "force", "impulse": "impulse", "energy_lost": "energy", "energy_created": "energy"}
     if not has_peak_force(motion):
         del quantities["peak_force"]
@@ -82,8 +80,6 @@ def settings_text(units: Units, eta: float, method: Method) -> str:
 
 def motion_text(units: Units, eta: float, motion: "Motion", method: Method) -> str:
     """Force, impulse and energy of a motion in one line, as far as they are known."""
-    from vibroscope.app.explorer.force import force_text  # imports what describes motions
-
     force = force_text(units, eta, motion, method).replace("·", ".")
     names = {
         "impulse": ("impulse", "impulse"),

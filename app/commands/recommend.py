@@ -25,8 +25,7 @@ from vibroscope.app.commands.options import (
     note_held,
     note_unused,
     reference_of,
-    stepping_of,
-    system_of,
+    scheme_of,
 )
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import add_units_option, wanted_units
@@ -86,7 +85,7 @@ def find_schemes(
     searched = _searched(options)
     every = {"integrator": _every_scheme, "law": _every_law}[searched]
     schemes = code.schemes() if code else every(options)
-    system, eta = system_of(options), eta_of(options)
+    system, eta = options.file.system, eta_of(options)
     note(f"searching with {counted(len(schemes), 'method')}: some take a minute")
     found = recommend_schemes(question_of(eta, schemes[0]), schemes, progress=progress)
     best = found[0]
@@ -131,7 +130,7 @@ def _every_law(options: argparse.Namespace) -> list[TimeStepping]:
         if missing := [f"--{name}" for name in numbers if numbers[name] is NEEDED and getattr(own, name) is None]:
             note(f"law {law} is left out: it needs {' and '.join(missing)}")
             continue
-        schemes.append(stepping_of(own, K=1.0, D=0.0, steps=1000))
+        schemes.append(scheme_of(own))
     if not options.located and options.status is None:
         schemes.append(with_located_steps(schemes[0]))  # of one law: each takes a search of its own
     return schemes
@@ -149,7 +148,7 @@ def _every_scheme(options: argparse.Namespace) -> list[TimeStepping]:
         if kind.explicit and options.status == "end":
             note(f"{name} knows the gap before the force: its status is that at the start")
             own.status = own.without_solution = None
-        schemes.append(stepping_of(own, K=1.0, D=0.0, steps=1000))
+        schemes.append(scheme_of(own))
     if not options.located and options.status is None:
         schemes += [with_located_steps(each) for each in schemes]
     return schemes
@@ -243,7 +242,7 @@ def eta_range(text: str) -> tuple:
 
 def run(options: argparse.Namespace) -> Report:
     """Search."""
-    if not system_of(options).excitation.drives:
+    if not options.file.system.excitation.drives:
         raise ValueError(
             "nothing drives the bodies, and a search needs a motion that lasts: give what drives them in --system, or "
             "find K, D and the step for one contact with vibroscope impact"
@@ -253,7 +252,7 @@ def run(options: argparse.Namespace) -> Report:
     units, progress = wanted_units(options), progress_line(lambda share: f"searching {100 * share:3.0f} %", 1)
     if is_asked(options):
         return find_schemes(options, partial(question_of, options), progress, units)
-    scheme = stepping_of(options, K=1.0, D=0.0, steps=1000)
+    scheme = scheme_of(options)
     contact = units and units.of_contact(scheme)
     if options.one_setting and not options.eta_range:
         raise ValueError("--one-setting needs a range: give --eta-range 2.6:2.8:5")
@@ -287,7 +286,7 @@ def question_of(options: argparse.Namespace, etas: float | Sequence[float], sche
         None if given == OFF else given for given in (options.restitution_tolerance, options.force_tolerance)
     )
     return SettingQuestion(
-        system_of(options),
+        options.file.system,
         etas,
         Tolerances(options.tolerance, restitution, force),
         Limits(options.K_max, options.steps_max, options.K, options.D),

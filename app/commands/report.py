@@ -211,10 +211,14 @@ def checks(
     lines_of: Callable[[Check], Iterable[str]],
     as_dict: Callable[[Check], dict],
     passed: Callable[[Check], bool],
-    summary: Callable[[Sequence[Check]], str],
+    right: str,
+    summary: Callable[[Sequence[Check], str], str],
     head: str | None = None,
 ) -> Report:
-    """A report of checks, each printed when it is done; the exit status is 1 if any is not ``passed``."""
+    """A report of checks, each printed when it is done; the exit status is 1 if any is not ``passed``.
+
+    ``summary`` gets them, and in words whether all are as they are to be: ``right``, such as "as expected".
+    """
     done: list[Check] = []
 
     def run() -> Iterator[Check]:
@@ -227,6 +231,7 @@ def checks(
             yield head
         for each in run():
             yield "\n".join(lines_of(each))
-        yield summary(done)
+        wrong = sum(not passed(each) for each in done)
+        yield summary(done, f"{wrong} NOT {right}" if wrong else f"all {right}")
 
     return Report(lines(), lambda: [as_dict(each) for each in run()], status=lambda: int(not all(map(passed, done))))

@@ -16,7 +16,6 @@ from vibroscope.app.commands.options import (
     refuse_missing,
     stepping_of,
     stiffness_of,
-    system_of,
 )
 from vibroscope.app.commands.parser import Command, OneLineParser, entries
 from vibroscope.app.commands.report import Report, progress_line
@@ -50,7 +49,7 @@ def run(options: argparse.Namespace) -> Report:
     """Judge the rules."""
     chosen = entries("rule", options.rules, rules())
     method = _method_of(options)
-    asked = RuleQuestion(system_of(options), eta_of(options), method, options.element_stiffness)
+    asked = RuleQuestion(options.file.system, eta_of(options), method, options.element_stiffness)
     if not asked.system.excitation.drives:
         raise ValueError(
             "no rule can be judged, since nothing drives the bodies and a free vibration does not last: give what "

@@ -17,6 +17,7 @@ from vibroscope.app.commands.physical_units import (
     wanted_units,
 )
 from vibroscope.app.commands.report import Line, Report, Row, record, rows
+from vibroscope.app.explorer.method_words import full_words
 from vibroscope.engine import Method, Response, System, counted, free_length, simulate
 
 _KEEP = default_of(simulate, "keep")
@@ -102,7 +103,7 @@ def steady_lines(found: "engine.Steady", initial: Sequence[float] | None = None)
     share = (spans[:, 1] - spans[:, 0]).sum() / (end - begin)
     begun = (response.contacts[:, 0] > begin).sum()
     multipliers = ", ".join(f"{m:.6g}" if m.imag else f"{m.real:.6g}" for m in found.multipliers.tolist())
-    yield _head(response)
+    yield full_words(response.method, wall=response.system.wall)
     yield f"eta = {response.eta:g}, steady motion found by running {found.periods} periods"
     yield from rows(
         {
@@ -115,16 +116,9 @@ def steady_lines(found: "engine.Steady", initial: Sequence[float] | None = None)
     )
 
 
-def _head(response: Response) -> str:
-    """What was run, in words."""
-    from vibroscope.app.explorer.method_words import full_words  # for people: scripts need not wait for it
-
-    return full_words(response.method, wall=response.system.wall)
-
-
 def run_lines(response: Response, initial: Sequence[float] | None = None) -> Iterator[Line]:
     """A run as text; ``initial``: where it began."""
-    yield _head(response)
+    yield full_words(response.method, wall=response.system.wall)
     yield f"eta = {response.eta:g}, {response.periods} periods, the last {response.keep} kept"
     yield f"solved in {response.cost.seconds * 1e3:.2f} ms"
     if not response.ok:

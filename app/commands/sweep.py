@@ -31,8 +31,8 @@ from vibroscope.app.commands.options import (
     note_held,
     note_unused,
     refuse_missing,
+    scheme_of,
     stepping_of,
-    system_of,
     system_of_solver,
 )
 from vibroscope.app.commands.parser import Command, OneLineParser
@@ -51,7 +51,6 @@ from vibroscope.engine import (
     PlaneStudy,
     Progress,
     StepStudy,
-    TimeStepping,
     basin_difference,
     is_compiled,
     spaced,
@@ -279,27 +278,22 @@ def _plane(options: argparse.Namespace, **periods: int) -> PlaneStudy:
     if exact and options.located:
         raise ValueError("the exact penalty method has no step that could be located: leave --located out")
     axes = {name: spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "D")}
-    method = ExactPenalty(1.0, 0.0, **law_of(options)) if exact else replace(_scheme(options), steps=options.steps)
-    return PlaneStudy(system_of(options), method, eta_of(options), **axes, parts=not options.no_error, **periods)
+    method = ExactPenalty(1.0, 0.0, **law_of(options)) if exact else replace(scheme_of(options), steps=options.steps)
+    return PlaneStudy(options.file.system, method, eta_of(options), **axes, parts=not options.no_error, **periods)
 
 
 def _step(options: argparse.Namespace, **periods: int) -> StepStudy:
     refuse_missing(options, "newmark")
     method = stepping_of(options, K=1.0 if options.K is None else options.K, D=options.D, steps=options.steps[0])
     more = {"stiffness_of_step": options.stiffness_of_step, "initial": options.initial}
-    return StepStudy(system_of(options), method, eta_of(options), steps=options.steps, **more, **periods)
+    return StepStudy(options.file.system, method, eta_of(options), steps=options.steps, **more, **periods)
 
 
 def _no_solution(options: argparse.Namespace, **periods: int) -> NoSolutionStudy:
     options.status = options.status or "end"
     axes = {name: spaced(name, *getattr(options, name), logarithmic=True) for name in ("K", "steps")}
-    method = replace(_scheme(options), damping=options.D)
-    return NoSolutionStudy(system_of(options), method, eta_of(options), **axes, **periods)
-
-
-def _scheme(options: argparse.Namespace) -> TimeStepping:
-    """The method of the cells, without its numbers."""
-    return stepping_of(options, K=1.0, D=0.0, steps=1000)
+    method = replace(scheme_of(options), damping=options.D)
+    return NoSolutionStudy(options.file.system, method, eta_of(options), **axes, **periods)
 
 
 def _run(options: argparse.Namespace, make: Callable[..., Study], concluded: Callable) -> Report | int:

@@ -3,7 +3,7 @@
 import argparse
 from textwrap import wrap
 
-from vibroscope.app.commands.options import add_system_option, system_of, units_of
+from vibroscope.app.commands.options import add_system_option
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.report import Report, note
 from vibroscope.engine import physical_text, read_system, system_text
@@ -33,18 +33,18 @@ def run(options: argparse.Namespace) -> Report:
         kind, path = options.source
         if kind != "physical":
             raise ValueError(f"--from {kind!r} is not known: give --from physical FILE.toml")
-        options.system = read_system(path)
-        for text in options.system.assumed:
+        options.file = read_system(path)
+        for text in options.file.assumed:
             note(f"{path}: {text}")
-    system, units, eta = system_of(options), units_of(options), options.system.eta
+    system, units, eta = options.file.system, options.file.units, options.file.eta
     if options.to == "physical":
-        text = physical_text(system, units, eta, options.system.forms)
+        text = physical_text(system, units, eta, options.file.forms)
     else:
         text = system_text(system, units)
         if eta is not None:
             note(f"the file's frequency is eta = {eta!r}: give it as --eta")
     # what was assumed stays with the numbers where they are written into a file
-    assumed = (line for each in options.system.assumed for line in wrap(f"Assumed: {each}", 108))
+    assumed = (line for each in options.file.assumed for line in wrap(f"Assumed: {each}", 108))
     return Report([*(f"# {line}" for line in assumed), *text.splitlines()])
 
 

@@ -20,8 +20,6 @@ from vibroscope.app.commands.options import (
     reference_of,
     refuse_missing,
     stepping_of,
-    system_of,
-    units_of,
 )
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.peaks import peaks_in_units, peaks_json, table_of_peaks
@@ -56,17 +54,8 @@ PULSES = {
     "sweep": (Load.sweep, ("frequency", "frequency", "time"), "F1,F2,T", "a sine from the frequency F1 to F2 in T"),
 }
 KINDS = {"base": ("acceleration", "acceleration of the base"), "force": ("force", "force on a body")}
-HISTORY = (
-    "time",
-    "displacement1",
-    "displacement2",
-    "velocity1",
-    "velocity2",
-    "acceleration1",
-    "acceleration2",
-    "force",
-)
-QUANTITIES = ("time", *("displacement",) * 2, *("velocity",) * 2, *("acceleration",) * 2, "force")
+MOTIONS = ("displacement", "velocity", "acceleration")
+HISTORY = {"time": "time", **{f"{what}{body}": what for what in MOTIONS for body in (1, 2)}, "force": "force"}
 _EXAMPLES = """\
 examples:
   vibroscope transient --system box.toml --base-half-sine '30 g,11 ms' --units
@@ -115,7 +104,7 @@ def load_of(options: argparse.Namespace) -> Load:
         on = what if what == "base" else f"{what}{options.body}"
         path = getattr(options, f"{what}_record")
         if path is not None:
-            return read_record(path, units_of(options), on)
+            return read_record(path, options.file.units, on)
         for name, (make, *_) in PULSES.items():
             numbers = getattr(options, f"{what}_{name.replace('-', '_')}")
             if numbers is not None:
@@ -141,7 +130,7 @@ def run(options: argparse.Namespace) -> Report:
     """Run the reference, the penalty solution if K is given, and what else is asked for."""
     if (options.shock_response is None) != (options.write is None):
         raise ValueError("--shock-response and --write go together: give frequencies, as 5:500:100, and a file")
-    system, load, penalty, units = system_of(options), load_of(options), penalty_of(options), wanted_units(options)
+    system, load, penalty, units = options.file.system, load_of(options), penalty_of(options), wanted_units(options)
     if options.measured is not None:
         note_unused(options, ["free", "energy", "history", "shock_response", "write"], "with --measured")
         return measured_report(options, replace(system, excitation=replace(system.excitation, load=load)))
@@ -221,14 +210,14 @@ def _lines(
 
 
 def _write_history(path: str, runs: dict[str, Transient], units: Units | None) -> None:
-    rows, quantities = [], dict(zip(HISTORY, QUANTITIES, strict=True))
+    rows = []
     for name, each in runs.items():
         sampled = each.response.trajectory
         if sampled is None:
             raise ValueError(f"--history needs whole runs; {name}: {each.response.ending}")
         moved = *sampled.displacement, *sampled.velocity, *absolute_accelerations(each.response)
         columns = dict(zip(HISTORY, (sampled.time, *moved, sampled.force), strict=True))
-        columns = columns_in_units(columns, units, quantities)
+        columns = columns_in_units(columns, units, HISTORY)
         rows += [[name, *row] for row in np.transpose(list(columns.values())).tolist()]
     write_csv(path, ["solution", *columns], _cells(rows))
 
@@ -236,7 +225,7 @@ def _write_history(path: str, runs: dict[str, Transient], units: Units | None) -
 def _write_shock_response(options: argparse.Namespace, load: Load, method: Method) -> None:
     low, high, count = options.shock_response
     ratios = spaced("frequency", low, high, int(count), logarithmic=True)
-    found = shock_response(system_of(options), load, ratios, method)
+    found = shock_response(options.file.system, load, ratios, method)
     units, columns = wanted_units(options), dict(vars(found))
     if units is not None:
         columns = {"frequency" if name == "ratio" else name: values for name, values in columns.items()}

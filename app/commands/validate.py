@@ -26,6 +26,7 @@ def run(options: argparse.Namespace) -> Report:
         _lines,
         as_dict,
         lambda each: each.agrees,
+        "as recomputed",
         _summary,
     )
 
@@ -56,9 +57,7 @@ def _share(difference: float | None) -> str:
     return f"{difference:.1e}" if abs(difference) > _ROUNDING else "0"
 
 
-def _summary(found: Sequence[ComparedFigure]) -> str:
-    off = sum(not each.agrees for each in found)
-    verdict = "all as recomputed" if not off else f"{off} NOT as recomputed"
+def _summary(found: Sequence[ComparedFigure], verdict: str) -> str:
     return f"\n{_LEGEND}\n\n{len(found)} figures of {len({each.case.key for each in found})} cases, {verdict}"
 
 

@@ -11,8 +11,8 @@ from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
-from vibroscope.app.explorer.scenes import opening_setting
-from vibroscope.app.explorer.state import Setting, is_driven
+from vibroscope.app.explorer.presets import opening_setting
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.compilation import compilation
@@ -42,7 +42,6 @@ TRACE_PERIODS = 2
 _SAMPLES, _SAMPLES_OF_STEPS = 1000, 8000
 
 Start = tuple[float, float, float, float]  # ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0
-RunKey = tuple[System, float, Reference | TimeStepping, Start]  # what a run depends on
 CancelCheck = Callable[[], bool]
 
 
@@ -85,23 +84,19 @@ _CACHE = Cache(48)  # runs of up to 1.5 MB of samples
 
 def compute_runs(setting: Setting, cancelled: CancelCheck | None = None, cache: Cache = _CACHE) -> RunPair:
     """Both runs for ``setting``, each from the cache if it is there."""
-    return RunPair(setting, *(_cached_run(key, cancelled, cache) for key in _keys(setting)))
+    keys = setting.run_keys.values()
+    return RunPair(setting, *(cache.get_or(key, partial(_compute_run, *key, cancelled)) for key in keys))
 
 
 def cached_runs(setting: Setting, cache: Cache = _CACHE) -> RunPair | None:
     """Both runs for ``setting`` if they are in the cache, else None; nothing is computed."""
-    runs = [cache.get(key) for key in _keys(setting)]
+    runs = [cache.get(key) for key in setting.run_keys.values()]
     return None if None in runs else RunPair(setting, *runs)
-
-
-def _keys(setting: Setting) -> list[RunKey]:
-    methods = setting.reference, setting.penalty
-    return [(setting.system, setting.eta, method, setting.initial) for method in methods]
 
 
 def run_length(system: System, eta: float, initial: Start) -> dict[str, int]:
     """Periods to run and to keep: of a free vibration as `engine.free_length` has it, else those of `simulate`."""
-    return {} if is_driven(system) else dict(_free_length(system, eta, initial))
+    return {} if system.excitation.drives else dict(_free_length(system, eta, initial))
 
 
 @lru_cache(maxsize=64)
@@ -114,14 +109,6 @@ def free_text(system: System, eta: float, initial: Start) -> str:
     length = run_length(system, eta, initial)
     periods, keep = length["periods"], length["keep"]
     return f"the first {keep} periods" if periods == keep else f"periods {periods - keep + 1} to {periods}"
-
-
-def _cached_run(key: RunKey, cancelled: CancelCheck | None, cache: Cache) -> SolverRun:
-    run = cache.get(key)
-    if run is None:
-        run = _compute_run(*key, cancelled)
-        cache.put(key, run)
-    return run
 
 
 def _compute_run(

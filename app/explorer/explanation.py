@@ -8,11 +8,10 @@ import numpy as np
 from vibroscope.app.explorer.compute import RunPair, SolverRun, run_length
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import shown_content, shown_text
-from vibroscope.app.explorer.force import force_text
-from vibroscope.app.explorer.method_words import words_of_method
+from vibroscope.app.explorer.method_words import force_text, words_of_method
 from vibroscope.app.explorer.present import TIME_POINTS, WINDOW
 from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.state import Setting, is_driven
+from vibroscope.app.explorer.state import SOLVERS, Setting
 from vibroscope.app.runtime.number_text import print_value
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import (
@@ -164,7 +163,7 @@ def explain(
         )
     except ValueError as error:
         found = _without_verdict(comparison, error)
-    for name in ("reference", "penalty"):
+    for name in SOLVERS:
         judged = getattr(found, name)
         if judged is not None and judged is not getattr(comparison, name):
             on_judged(name, judged)
@@ -348,7 +347,7 @@ def motion_texts(setting: Setting, motions: Mapping[str, Motion | None]) -> dict
 
 def _motion_text(found: Motion, method: Method, system: System, repeats: str | Statement) -> str | Statement:
     """How a motion ``repeats`` itself, its impacts per period, and its share of contact."""
-    if not is_driven(system):
+    if not system.excitation.drives:
         return _free_text(found, method)
     if found.impacts_per_period == 0 and found.contact_share in (0.0, 1.0):
         return sentence(repeats) + f" {_WITHOUT_IMPACTS[found.contact_share]}"

@@ -13,7 +13,7 @@ from vibroscope.app.explorer.field_units import shown_text
 from vibroscope.app.explorer.load_words import words_of_load
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.present import WINDOW, Columns, convert_units
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.state import SOLVERS, Setting
 from vibroscope.app.runtime.job import Answer
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.runtime.workers import background_worker, lower_priority, pool
@@ -134,7 +134,7 @@ def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) 
     contacts, periods = ("contacts", comparison.periods) if comparison.is_free else ("contacts per period", 1)
     begins = "begins at" if scale else Statement("begins at ", Symbol("tau"))
     return [
-        ["", "measured", "reference", "penalty"],
+        ["", "measured", *SOLVERS],
         ["repeats after", *repeats],
         ["difference (rms)", f"{shown('displacement', recurrence.noise, 3)} noise", *both(lambda a: percent(a.rms))],
         [begins, "", *both(lambda a: shown("time", a.phase, 4))],
@@ -216,7 +216,7 @@ def place(comparison: MeasuredComparison, setting: Setting, drawn: Columns) -> P
     them the figures begin.
     """
     own, eta = comparison.recurrence, setting.eta
-    solver = next((name for name in ("reference", "penalty") if getattr(comparison, name).alignment), "")
+    solver = next((name for name in SOLVERS if getattr(comparison, name).alignment), "")
     if not solver or own.period == 0 or comparison.other_eta is not None:
         return NOWHERE
     solved = getattr(comparison, solver)

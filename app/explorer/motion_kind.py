@@ -6,11 +6,11 @@ after the curves and after the explanation, in a thread of low priority, and is 
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.explorer.compute import RunKey
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.state import RunKey, Setting
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.workers import Workers, lower_priority, own_time, pool
 from vibroscope.engine import Cancelled, Kind, Motion, motion, percent
@@ -56,7 +56,7 @@ def known_kinds(setting: Setting) -> Kinds | None:
     """The kinds of both motions if they are known, else None; nothing is computed."""
     if not setting.is_driven:
         return {}
-    found = {name: KINDS.get(key) for name, key in _keys(setting).items()}
+    found = {name: KINDS.get(key) for name, key in setting.run_keys.items()}
     return None if None in found.values() else found
 
 
@@ -64,12 +64,12 @@ def judge_motions(setting: Setting, cancelled: Callable[[], bool]) -> Kinds:
     """The kinds of both motions, none of a free vibration; raises `engine.Cancelled` if ``cancelled()``."""
     if not setting.is_driven:
         return {}
-    return {name: KINDS.get(key) or _judge(key, cancelled) for name, key in _keys(setting).items()}
+    return {name: KINDS.get_or(key, partial(_judge, key, cancelled)) for name, key in setting.run_keys.items()}
 
 
 def keep_kind(setting: Setting, name: str, found: Motion) -> None:
     """Keep the kind of a motion of "reference" or "penalty" that was judged for another purpose."""
-    KINDS.put(_keys(setting)[name], describe_kind(found))
+    KINDS.put(setting.run_keys[name], describe_kind(found))
 
 
 def with_kinds(texts: dict[str, str], kinds: Kinds | None) -> dict[str, str]:
@@ -80,25 +80,18 @@ def with_kinds(texts: dict[str, str], kinds: Kinds | None) -> dict[str, str]:
     return {head: text + added.get(head, "") for head, text in texts.items()}
 
 
-def _keys(setting: Setting) -> dict[str, RunKey]:
-    methods = {"reference": setting.reference, "penalty": setting.penalty}
-    return {name: (setting.system, setting.eta, method, setting.initial) for name, method in methods.items()}
-
-
 def _judge(key: RunKey, cancelled: Callable[[], bool]) -> MotionKind:
     end = own_time() + SECONDS
     *problem, initial = key
     try:
-        found = motion(*problem, initial=initial, cancelled=lambda: cancelled() or own_time() > end)
-        found = describe_kind(found)
+        return describe_kind(motion(*problem, initial=initial, cancelled=lambda: cancelled() or own_time() > end))
     except ValueError as error:  # the engine does not judge this penalty solution
-        found = MotionKind(Kind.UNDECIDED, _NAMES[Kind.UNDECIDED], sentence(message_of(error)))
+        why = sentence(message_of(error))
     except Cancelled:
         if cancelled():
             raise
-        found = MotionKind(Kind.UNDECIDED, _NAMES[Kind.UNDECIDED], f"{SECONDS:.0f} s of computing did not decide it.")
-    KINDS.put(key, found)
-    return found
+        why = f"{SECONDS:.0f} s of computing did not decide it."
+    return MotionKind(Kind.UNDECIDED, _NAMES[Kind.UNDECIDED], why)
 
 
 def describe_kind(found: Motion) -> MotionKind:

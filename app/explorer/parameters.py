@@ -21,7 +21,8 @@ from vibroscope.engine import (
     end_text,
 )
 from vibroscope.engine.contact import STEP_SCALE_RANGE
-from vibroscope.engine.excitation import AMPLITUDE_RANGE, HELD, PHASE_RANGE
+from vibroscope.engine.excitation import HELD
+from vibroscope.engine.fields import described_fields
 from vibroscope.engine.integrators import ALPHA_RANGE, BETA_RANGE, GAMMA_RANGE, RHO_RANGE
 from vibroscope.engine.law_table import HERTZ, LAWS, laws_with
 from vibroscope.engine.methods import (
@@ -33,11 +34,13 @@ from vibroscope.engine.methods import (
     STIFFNESS_RANGE,
     THRESHOLD_RANGE,
 )
-from vibroscope.engine.model import CLEARANCE_RANGE, ETA_RANGE, FACTOR_RANGE, KAPPA_RANGE, MASS_RATIO_RANGE, RATIO_RANGE
+from vibroscope.engine.model import ETA_RANGE, MASS_RATIO_RANGE
 from vibroscope.engine.simulate import FARTHEST
-from vibroscope.engine.units import BASE_AMPLITUDE_RANGE, M1_RANGE, OMEGA1_RANGE
 
 Span = tuple[float, float] | tuple[()]
+Bodies = tuple[str, ...]
+_TWO = ("pendulums", "two")  # kinds of system with two bodies
+_ALL_KINDS = (*_TWO, "wall")
 LAW_NAMES = {  # of a law without one its key
     "kelvin-voigt": "Kelvin–Voigt",
     "cut": "Kelvin–Voigt, cut at zero",
@@ -65,7 +68,8 @@ class Field(NamedTuple):
     default : float, int or str
         A whole number is an int.
     bounds : tuple of float
-        Smallest and largest number that the engine takes, on the command line too.
+        Smallest and largest number that the engine takes, on the command line too; where its range is open, the last
+        number before its end.
     slider : tuple of float
         The part of them that sliders and axes cover; empty where that is all.
     quantity : str
@@ -97,7 +101,7 @@ class Field(NamedTuple):
     in_units: tuple[str, str] | tuple[()] = ()
     also: str = ""
     defines: str = ""
-    bodies: tuple[str, ...] = ("pendulums", "two", "wall")
+    bodies: Bodies = _ALL_KINDS
     words: str = ""
     solvers: tuple[str, ...] = ()
 
@@ -131,19 +135,22 @@ def _form(name: str, label: str, *choices: str) -> Field:
     return _choice(name, label, "Form in which it is typed, shown and kept in units", choices)
 
 
-def _start(name: str, label: str, hint: str, quantity: str, in_units: str) -> Field:
+def _start(name: str, label: str, hint: str, quantity: str, in_units: str, bodies: Bodies = _ALL_KINDS) -> Field:
     """A number of the state at τ = 0."""
-    field = Field(name, label, hint, 0.0, (-FARTHEST, FARTHEST), quantity=quantity)
+    field = Field(name, label, hint, 0.0, (-FARTHEST, FARTHEST), quantity=quantity, bodies=bodies)
     return field.read_as(in_units, hint.replace("τ", "t"))
 
 
-def _of_two(*fields: Field) -> tuple[Field, ...]:
-    """Fields that a body before a wall does not have."""
-    return tuple(field._replace(bodies=("pendulums", "two")) for field in fields)
+def _of(kind: type, name: str, label: str, hint: str, quantity: str = "", **more) -> Field:
+    """A number that a class of the engine declares, with its default, its range, and whether a wall has it."""
+    each = described_fields(kind)[name]
+    low, high = map(float, each.allowed[:2])
+    first = math.nextafter(low, high) if each.allowed.open_low else low
+    last = math.nextafter(high, low) if each.allowed.open_high else high
+    own = {"default": getattr(kind, name), "bodies": _TWO if each.of_body_2 else _ALL_KINDS}
+    return Field(name, label, hint, bounds=(first, last), quantity=quantity, **own | more)
 
 
-_PAPER, _UNITS, _DRIVE, _REFERENCE = System(), Units(), Excitation(), Reference()
-_BELOW_ONE = (0.0, math.nextafter(1.0, 0.0))  # damping ratios: underdamped bodies
 _PENALTY, _NEWMARK = ("exact", "newmark"), ("newmark",)
 
 _MAIN = (
@@ -283,19 +290,19 @@ _REFERENCE_FIELDS = (
         {"table": "as measured", "derived": "of both dampers"},
     ).option(
         "reference: damping of the joined pendulums; derived: only what their own dampers give "
-        f"(default {_REFERENCE.joint_damping})",
+        f"(default {Reference.joint_damping})",
         "reference",
     ),
     Field(
         "threshold",
         "ε",
         "separation speed below which contact stays, in the unit of length times ω₁ (0: limit)",
-        _REFERENCE.threshold,
+        Reference.threshold,
         THRESHOLD_RANGE,
         quantity="velocity",
     ).option(
         "reference: parting speed that begins permanent contact, in the unit of length times omega1, so that it "
-        f"scales with the system (default {_REFERENCE.threshold:g}); 0: the limit of the threshold",
+        f"scales with the system (default {Reference.threshold:g}); 0: the limit of the threshold",
         "reference",
     ),
 )
@@ -306,84 +313,54 @@ _SYSTEM = (
         "Pendulums whose frequencies are known apart and joined, as the paper's; two bodies; or a body and a wall",
         {"pendulums": "the paper’s pendulums", "two": "two bodies", "wall": "a body and a wall"},
     ),
-    Field("restitution", "e", "coefficient of restitution", _PAPER.restitution, (0.0, 1.0), also="%").option(
-        f"reference: coefficient of restitution (default: the system's; the paper's is {_PAPER.restitution:g})",
+    _of(System, "restitution", "e", "coefficient of restitution", also="%").option(
+        f"reference: coefficient of restitution (default: the system's; the paper's is {System.restitution:g})",
         "reference",
     ),
-    Field(
-        *("spring1", "k₁", "spring of body 1 in m₁ω₁²; 0: none, and ω₁ is a unit of time", _PAPER.spring1, (0.0, 1.0)),
-        bodies=("two", "wall"),
+    _of(
+        System, "spring1", "k₁", "spring of body 1 in m₁ω₁²; 0: none, and ω₁ is a unit of time", bodies=("two", "wall")
     ),
-    *_of_two(
-        Field("kappa", "κ", "frequency ratio ω₂/ω₁ of body 2; 0: no spring", _PAPER.kappa, KAPPA_RANGE, also="Hz")
-    ),
-    Field("d1", "d₁", "damping ratio of body 1", _PAPER.d1, _BELOW_ONE, also="%"),
-    *_of_two(Field("d2", "d₂", "damping ratio of body 2", _PAPER.d2, _BELOW_ONE, also="%")),
-    Field(
-        "kappa3", "κ₃", "frequency ratio of both, joined", _PAPER.kappa3, RATIO_RANGE, also="Hz", bodies=("pendulums",)
-    ),
-    *_of_two(Field("d3", "d₃", "damping ratio of both, joined, as measured", _PAPER.d3, _BELOW_ONE, also="%")),
+    _of(System, "kappa", "κ", "frequency ratio ω₂/ω₁ of body 2; 0: no spring", also="Hz"),
+    _of(System, "d1", "d₁", "damping ratio of body 1", also="%"),
+    _of(System, "d2", "d₂", "damping ratio of body 2", also="%"),
+    _of(System, "kappa3", "κ₃", "frequency ratio of both, joined", also="Hz", bodies=("pendulums",)),
+    _of(System, "d3", "d₃", "damping ratio of both, joined, as measured", also="%"),
     Field("mass_ratio", "μ", "mass ratio m₂/m₁", 1.0, MASS_RATIO_RANGE, bodies=("two",)),
-    Field(
-        "clearance",
-        "g₀",
-        "clearance with relaxed springs; below 0: preload",
-        _PAPER.clearance,
-        CLEARANCE_RANGE,
-        quantity="displacement",
-    ),
+    _of(System, "clearance", "g₀", "clearance with relaxed springs; below 0: preload", "displacement"),
 )
 _STOPS = _choice("stops", "Stops", "One stop, or a second one on the other side of the same gap", ("one", "two"))
 _SECOND_STOP = (
-    Field("clearance2", "g₂", "clearance of the second stop", 1.0, CLEARANCE_RANGE, quantity="displacement"),
-    Field(
-        "restitution2", "e₂", "coefficient of restitution of the second stop", _PAPER.restitution, (0.0, 1.0), also="%"
+    _of(System, "clearance2", "g₂", "clearance of the second stop", "displacement", default=1.0),
+    _of(
+        *(System, "restitution2", "e₂", "coefficient of restitution of the second stop"),
+        default=System.restitution,
+        also="%",
     ),
-    Field("stiffness_factor2", "K₂/K", "stiffness of the second stop over K", _PAPER.stiffness_factor2, FACTOR_RANGE),
-    Field("damping_factor2", "D₂/D", "damping of the second stop over D", _PAPER.damping_factor2, FACTOR_RANGE),
+    _of(System, "stiffness_factor2", "K₂/K", "stiffness of the second stop over K"),
+    _of(System, "damping_factor2", "D₂/D", "damping of the second stop over D"),
 )
 # What moves the bodies; the phases are those of the amplitudes before them.
 _EXCITATION = (
-    Field("base", "a", "amplitude of the base motion", _DRIVE.base, AMPLITUDE_RANGE, quantity="displacement"),
+    _of(Excitation, "base", "a", "amplitude of the base motion", "displacement"),
     _choice(
         "held",
         "Held of the base",
         "What of the base keeps its amplitude when the frequency changes: displacement, velocity or acceleration",
         HELD,
     ),
-    Field("base_phase", "φ", "phase of the base motion, rad", _DRIVE.base_phase, PHASE_RANGE),
-    Field("force1", "F₁", "harmonic force on body 1", _DRIVE.force1, AMPLITUDE_RANGE, quantity="force"),
-    Field("force1_phase", "φ₁", "phase of F₁, rad", _DRIVE.force1_phase, PHASE_RANGE),
-    *_of_two(
-        Field("force2", "F₂", "harmonic force on body 2", _DRIVE.force2, AMPLITUDE_RANGE, quantity="force"),
-        Field("force2_phase", "φ₂", "phase of F₂, rad", _DRIVE.force2_phase, PHASE_RANGE),
-    ),
-    Field(
-        "constant1",
-        "P₁",
-        "constant force on body 1; positive: towards body 2",
-        _DRIVE.constant1,
-        AMPLITUDE_RANGE,
-        quantity="force",
-    ),
-    *_of_two(
-        Field(
-            "constant2",
-            "P₂",
-            "constant force on body 2; positive: away from body 1",
-            _DRIVE.constant2,
-            AMPLITUDE_RANGE,
-            quantity="force",
-        )
-    ),
+    _of(Excitation, "base_phase", "φ", "phase of the base motion, rad"),
+    _of(Excitation, "force1", "F₁", "harmonic force on body 1", "force"),
+    _of(Excitation, "force1_phase", "φ₁", "phase of F₁, rad"),
+    _of(Excitation, "force2", "F₂", "harmonic force on body 2", "force"),
+    _of(Excitation, "force2_phase", "φ₂", "phase of F₂, rad"),
+    _of(Excitation, "constant1", "P₁", "constant force on body 1; positive: towards body 2", "force"),
+    _of(Excitation, "constant2", "P₂", "constant force on body 2; positive: away from body 1", "force"),
 )
 _START = (
     _start("start_xi1", "ξ₁(0)", "displacement of body 1 at τ = 0", "displacement", "x₁(0)"),
     _start("start_v1", "ξ₁′(0)", "velocity of body 1 at τ = 0", "velocity", "x₁′(0)"),
-    *_of_two(
-        _start("start_xi2", "ξ₂(0)", "displacement of body 2 at τ = 0", "displacement", "x₂(0)"),
-        _start("start_v2", "ξ₂′(0)", "velocity of body 2 at τ = 0", "velocity", "x₂′(0)"),
-    ),
+    _start("start_xi2", "ξ₂(0)", "displacement of body 2 at τ = 0", "displacement", "x₂(0)", _TWO),
+    _start("start_v2", "ξ₂′(0)", "velocity of body 2 at τ = 0", "velocity", "x₂′(0)", _TWO),
 )
 _ZERO_START = _choice(
     "zero_start",
@@ -420,22 +397,13 @@ _DRAWING = (
         {"none": "non-dimensional", "si": "SI", "mm-t-s": "mm-t-s"},
     ),
     *_FORMS,
-    Field(
-        "omega1",
-        "ω₁",
-        "angular frequency of body 1; without a spring 1 over the unit of time",
-        _UNITS.omega1,
-        OMEGA1_RANGE,
+    _of(
+        *(Units, "omega1", "ω₁", "angular frequency of body 1; without a spring 1 over the unit of time"),
         defines="angular_frequency",
     ),
-    Field("m1", "m₁", "mass of body 1", _UNITS.m1, M1_RANGE, defines="mass"),
-    Field(
-        "amplitude",
-        "A",
-        "unit of length: amplitude of the base",
-        _UNITS.base_amplitude,
-        BASE_AMPLITUDE_RANGE,
-        defines="displacement",
+    _of(Units, "m1", "m₁", "mass of body 1", defines="mass"),
+    _of(Units, "base_amplitude", "A", "unit of length: amplitude of the base", defines="displacement")._replace(
+        name="amplitude"
     ),
 )
 _ALL = (
@@ -462,11 +430,6 @@ PAPER_FIELDS = (*SYSTEM_FIELDS, "zero_start", *START_FIELDS, "threshold", "locat
 FORM_FIELDS = _names(_FORMS)
 DRAWING_FIELDS = _names(_DRAWING)  # of no result
 FIELD_QUANTITIES = {name: field.quantity for name, field in FIELDS.items() if field.quantity}
-
-
-def bounds_of(name: str) -> Span:
-    """Smallest and largest value that a number may have; where its range is open, the last number before its end."""
-    return FIELDS[name].bounds
 
 
 def range_text(bounds: tuple[float, float], factor: float = 1.0) -> str:

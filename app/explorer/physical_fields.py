@@ -19,7 +19,6 @@ from vibroscope.app.explorer.parameters import (
     FORM_FIELDS,
     SECOND_STOP_FIELDS,
     START_FIELDS,
-    bounds_of,
 )
 from vibroscope.app.explorer.reading import read_number
 from vibroscope.app.explorer.state import Setting, slider_range
@@ -213,7 +212,7 @@ def _unit_of_length_at(eta: object, setting: Setting) -> dict[str, float | str]:
     if setting.scale is None or not setting.base or not isinstance(eta, str):
         return {}
     try:
-        there = setting._replace(eta=read_number("eta", eta, bounds_of("eta"), whole=False))
+        there = setting._replace(eta=read_number("eta", eta, FIELDS["eta"].bounds, whole=False))
     except Refused:
         return {}  # refused where it is read
     if 1 / FAR <= abs(there.system.excitation.base_amplitude(there.eta)) <= FAR:

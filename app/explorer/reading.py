@@ -10,9 +10,8 @@ from collections.abc import Mapping
 from inspect import signature
 
 from vibroscope.app.explorer.errors import Refused
-from vibroscope.app.explorer.parameters import FIELDS, bounds_of, range_text
+from vibroscope.app.explorer.parameters import FIELDS, range_text
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.runtime.limits import CostLimitError, check_cost
 from vibroscope.app.runtime.number_text import LONGEST_NUMBER, print_number, quote
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import end_text, simulate
@@ -95,10 +94,17 @@ def _read_value(name: str, text: object) -> float | int | str:
 
 
 def _check_cost(setting: Setting) -> None:
-    try:
-        check_cost(setting.steps, _PERIODS)
-    except CostLimitError as error:
-        raise Refused("steps", str(error)) from None
+    """Raise `Refused` where a run takes more time steps than the server allows (``VIBROSCOPE_STEPS``).
+
+    Studies need no such check: their number of cells and their time limit are fixed.
+    """
+    asked, granted = setting.steps * _PERIODS, current_settings().steps
+    if asked > granted:
+        raise Refused(
+            "steps",
+            f"That is {setting.steps:,} steps × {_PERIODS:,} periods = {asked:,} steps, and this server does "
+            f"{granted:,} for one request: take fewer steps, or run Vibroscope on your own machine.",
+        )
 
 
 def _check_combination(setting: Setting) -> None:
@@ -112,7 +118,7 @@ def _check_combination(setting: Setting) -> None:
 def _stiffness_of_step(setting: Setting, given: Mapping[str, object]) -> float:
     """K as it follows from the step; raises `Refused` for what was given last where that is out of range."""
     K = setting.stiffness_of_step
-    low, high = bounds_of("K")
+    low, high = FIELDS["K"].bounds
     if not low <= K <= high:
         name = next((name for name in ("steps", "eta", "step_scale") if name in given), "stiffness")
         raise Refused(name, f"K must be from {end_text(low)} to {end_text(high)}, not s m/Δτ² = {K:.3g}.")
@@ -174,7 +180,7 @@ def _check_gap(setting: Setting, name: str) -> None:
 
 
 def most_steps() -> int:
-    """The largest number of steps per period that this server computes (`check_cost`)."""
+    """The largest number of steps per period that this server computes."""
     return min(STEPS_RANGE[1], current_settings().steps // _PERIODS)
 
 

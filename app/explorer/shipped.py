@@ -18,7 +18,7 @@ import numpy as np
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.explanation import Description, Explanation, describe, explain
 from vibroscope.app.explorer.present import Columns, present
-from vibroscope.app.explorer.scenes import opening_setting
+from vibroscope.app.explorer.presets import opening_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.compilation import compilation
 from vibroscope.app.runtime.files import ASSETS

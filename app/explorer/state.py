@@ -47,6 +47,8 @@ from vibroscope.engine.law_table import LAWS, damper_of, numbers_of
 from vibroscope.engine.methods import DAMPING_RANGE, LAWS_BY_RESTITUTION
 
 Range = tuple[float, float]
+RunKey = tuple[System, float, Reference | TimeStepping, tuple[float, float, float, float]]  # the last is the start
+SOLVERS = ("reference", "penalty")
 
 _STIFFNESS = (1.0, 1e5)  # times the stiffer spring
 _DAMPING_RATIOS = (0.05, 0.5)  # at the softest and at the stiffest contact
@@ -125,6 +127,17 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[field.default for field in
     def reference(self) -> Reference:
         """The solver with the impact law."""
         return Reference(joint_damping=self.joint_damping, threshold=self.threshold)
+
+    @property
+    def methods(self) -> "dict[str, Reference | TimeStepping]":
+        """Both solvers, by the names in `SOLVERS`."""
+        return {name: getattr(self, name) for name in SOLVERS}
+
+    @property
+    def run_keys(self) -> dict[str, RunKey]:
+        """What the run of each solver depends on."""
+        start = self.initial
+        return {name: (self.system, self.eta, method, start) for name, method in self.methods.items()}
 
     @property
     def own_integrator(self) -> Integrator:
@@ -229,7 +242,7 @@ class Setting(namedtuple("Setting", FIELDS, defaults=[field.default for field in
     @property
     def is_driven(self) -> bool:
         """Whether anything moves with the frequency η; otherwise it only counts the time."""
-        return is_driven(self.system)
+        return self.system.excitation.drives
 
     @property
     def start_numbers(self) -> tuple[float, float, float, float]:
@@ -286,8 +299,3 @@ def integrator_numbers(setting: Setting) -> tuple[str, ...]:
 def law_numbers(setting: Setting) -> tuple[str, ...]:
     """Names of the numbers that the contact law of a setting has, beside K and D."""
     return tuple(numbers_of(setting.law))
-
-
-def is_driven(system: System) -> bool:
-    """Whether anything moves with the frequency η; otherwise a motion is a free vibration from its start."""
-    return system.excitation.drives

@@ -9,7 +9,7 @@ from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import Explanation
 from vibroscope.app.explorer.field_units import held_in_words, shown_content, shown_field, words_of_change
 from vibroscope.app.explorer.method_words import name_of_method, scheme_texts
-from vibroscope.app.explorer.parameters import bounds_of
+from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.reading import most_steps
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion_words import contact_words, force_words, range_words, verified_words
@@ -174,7 +174,7 @@ def _read_etas(setting: Setting, first: object, last: object) -> tuple[float, ..
     field = shown_field("eta", setting)
     options = {"units": field.typed, "shown": field.unit}
     low, high = (
-        float(read_typed_number(f"{field.label} {name}", text, bounds_of("eta"), **options))
+        float(read_typed_number(f"{field.label} {name}", text, FIELDS["eta"].bounds, **options))
         for name, text in (("from", first), ("to", last))
     )
     if not low < high:

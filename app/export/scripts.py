@@ -109,10 +109,9 @@ def peaks_python(setting: Setting) -> str:
     how = "" if setting.from_rest else f", initial={setting.initial}"
     how += "".join(f", {name}={periods}" for name, periods in length.items())
     record = f"record=Record({length.get('keep', PERIODS)}, {PER_PERIOD})"
-    methods = {"reference": setting.reference, "penalty": setting.penalty}
     calls = {
         solver: f"peaks(simulate(system, {setting.eta!r}, {method_python(method)}, {record}{how}))"
-        for solver, method in methods.items()
+        for solver, method in setting.methods.items()
     }
     return sweep_python(calls, setting.system)
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from vibroscope.app.explorer.parameters import FIELD_QUANTITIES
 from vibroscope.app.explorer.present import Columns, quantity_of
+from vibroscope.app.explorer.state import SOLVERS
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.engine import Units
 
@@ -28,24 +29,23 @@ FIGURES = {
 DIFFERENCE = Figure("displacement", "Difference in parts", "Penalty less reference over two periods, in parts.")
 
 _LONG = {"t": "time", "total": "difference"}  # columns of the difference: their names in a file
-_SOLVERS = ("reference", "penalty")
 # The series of each figure: label, name of the source, and its columns by their names in a file.
 _SERIES: dict[str, list[tuple[str, str, dict[str, str]]]] = {
     "displacement": [
-        *((s, "displacements", {"time": "t", "xi1": f"{s}1", "xi2": f"{s}2"}) for s in _SOLVERS),
+        *((s, "displacements", {"time": "t", "xi1": f"{s}1", "xi2": f"{s}2"}) for s in SOLVERS),
         ("measured", "measured displacements", {"time": "t", "xi1": "x1", "xi2": "x2"}),
     ],
-    "strip": [(s, f"strip_{s}", {"contact_begin": "left", "contact_end": "right"}) for s in _SOLVERS],
+    "strip": [(s, f"strip_{s}", {"contact_begin": "left", "contact_end": "right"}) for s in SOLVERS],
     "force": [
-        *((s, f"force_{s}", {"time": "t", "force": "force"}) for s in _SOLVERS),
-        *((f"{s} impulse", f"impulse_{s}", {"time": "t", "impulse": "impulse"}) for s in _SOLVERS),
+        *((s, f"force_{s}", {"time": "t", "force": "force"}) for s in SOLVERS),
+        *((f"{s} impulse", f"impulse_{s}", {"time": "t", "impulse": "impulse"}) for s in SOLVERS),
     ],
 } | {
     f"phase{n}": [
         (label, source, {f"xi{n}": f"x{n}", f"velocity{n}": f"v{n}"})
         for label, source in (
-            *((s, f"phase_{s}") for s in _SOLVERS),
-            *((f"{s} section", f"section_{s}") for s in _SOLVERS),
+            *((s, f"phase_{s}") for s in SOLVERS),
+            *((f"{s} section", f"section_{s}") for s in SOLVERS),
             ("measured", "measured phase"),
         )
     ]

@@ -6,8 +6,8 @@ from typing import NamedTuple
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.link import View, idle_numbers, parse_address, print_address, read_pins
 from vibroscope.app.explorer.parameters import FIELDS
+from vibroscope.app.explorer.presets import opening_setting
 from vibroscope.app.explorer.reading import read_choice, read_setting
-from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.tab import TabHost, TabView
 from vibroscope.app.page.tabs import FIRST_VIEW, VIEWS

@@ -25,9 +25,8 @@ from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.link import MOST_PINS, View
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.physical_fields import entered
+from vibroscope.app.explorer.presets import Preset, opening_setting, scene_key, scenes, shelf, shelf_key
 from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.scenes import Scene, opening_setting, scene_key, scenes
-from vibroscope.app.explorer.shelf import ShelfSystem, shelf, shelf_key
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.page.address import THEMES, Address
@@ -58,7 +57,7 @@ def route(session: "Session", message: object) -> None:
             return
 
 
-def _choose(offered: Callable[[], Mapping[str, Scene | ShelfSystem]], session: "Session", key: str) -> None:
+def _choose(offered: Callable[[], Mapping[str, Preset]], session: "Session", key: str) -> None:
     if key in offered():
         session.set(offered()[key].texts(), fresh=True)  # fresh also for the same one: a way back from any zoom
 
@@ -356,7 +355,7 @@ class Session:
         caption = scene.caption if scene else _OWN_SETTING
         if not VIEWS[self.header.view].motions:
             caption = ""
-        self.header.param.update(caption=caption, look=getattr(scene, "look", ""))
+        self.header.param.update(caption=caption, look=scene.look if scene else "")
         self.controls.show_setting(
             self.setting,
             move=move,

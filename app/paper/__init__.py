@@ -6,22 +6,10 @@ page, ``vibroscope paper`` and the tests use the same list. No panel import.
 
 from vibroscope.app.paper.claims import VERDICTS, Claim, Finding, as_dict, count_verdicts
 from vibroscope.app.paper.penalty_claims import PENALTY_CLAIMS
-from vibroscope.app.paper.pictures import CellMap, PhasePlots, Picture, TimeHistory
 from vibroscope.app.paper.plane_claims import PLANE_CLAIMS
 from vibroscope.app.paper.reference_claims import REFERENCE_CLAIMS
 
 _ALL = REFERENCE_CLAIMS + PENALTY_CLAIMS + PLANE_CLAIMS
 CLAIMS: dict[str, Claim] = {claim.key: claim for claim in sorted(_ALL, key=lambda claim: (claim.figure, claim.key))}
 
-__all__ = [
-    "CLAIMS",
-    "VERDICTS",
-    "CellMap",
-    "Claim",
-    "Finding",
-    "PhasePlots",
-    "Picture",
-    "TimeHistory",
-    "as_dict",
-    "count_verdicts",
-]
+__all__ = ["CLAIMS", "VERDICTS", "Claim", "Finding", "as_dict", "count_verdicts"]

@@ -10,9 +10,10 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field
 
 import numpy as np
-from vibroscope.app.explorer.scenes import Scene, scenes
+from vibroscope.app.explorer.presets import scenes
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.paper.pictures import Picture
-from vibroscope.engine import ExactPenalty, Method, Newmark, Record, Reference, Response, System, simulate
+from vibroscope.engine import Method, Record, Response, System, simulate
 
 SYSTEM = System()
 # What a printed phase plot can resolve: points that scatter (standard deviation) by less than this share of the
@@ -22,22 +23,22 @@ _SAMPLED = Record(12, 500)
 TWO_PERIODS = Record(2, 1000)
 
 
-def run_reference(scene: Scene, record: Record = _SAMPLED) -> Response:
+def run_reference(scene: Setting, record: Record = _SAMPLED) -> Response:
     """The reference."""
-    return run_method(scene, Reference(), record=record)
+    return run_method(scene, scene.reference, record=record)
 
 
-def run_newmark(scene: Scene, record: Record = _SAMPLED) -> Response:
+def run_newmark(scene: Setting, record: Record = _SAMPLED) -> Response:
     """The scene's penalty solution by Newmark's method; statistics need more than 50 kept periods."""
-    return run_method(scene, Newmark(scene.K, scene.D, scene.steps), record=record)
+    return run_method(scene, scene.penalty, record=record)
 
 
-def run_exact(scene: Scene) -> Response:
+def run_exact(scene: Setting) -> Response:
     """The scene's penalty solution without a time step."""
-    return run_method(scene, ExactPenalty(scene.K, scene.D))
+    return run_method(scene, scene.penalty.limit)
 
 
-def run_method(scene: Scene, method: Method, keep: int = 50, record: Record = _SAMPLED) -> Response:
+def run_method(scene: Setting, method: Method, keep: int = 50, record: Record = _SAMPLED) -> Response:
     """2,000 periods from rest, and ``keep`` more that are kept."""
     return simulate(SYSTEM, scene.eta, method, periods=2000 + keep, keep=keep, record=record)
 
@@ -108,9 +109,9 @@ class Claim:
         Section of the paper.
     text : str
     scene : str
-        Key of the scene that holds its η, K, D and steps (`app.explorer.scenes`).
+        Key of the scene that holds its η, K, D and steps (`app.explorer.presets`).
     check : callable
-        Takes the scene, returns a `Finding`.
+        Takes the setting of the scene, returns a `Finding`.
     view : str
         Key of the view that shows it best.
     holds : bool
@@ -123,7 +124,7 @@ class Claim:
     place: str
     text: str
     scene: str
-    check: Callable[[Scene], Finding]
+    check: Callable[[Setting], Finding]
     view: str = "explore"
     holds: bool = True
     example: bool = False
@@ -147,7 +148,7 @@ class Claim:
 
     def find(self) -> Finding:
         """Check the claim now: some milliseconds, or some seconds for a plane."""
-        return self.check(scenes()[self.scene])
+        return self.check(scenes()[self.scene].setting)
 
 
 def count_verdicts(verdicts: Iterable[str]) -> str:

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from vibroscope.app.explorer.scenes import Scene
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.paper.claims import (
     SYSTEM,
     TWO_PERIODS,
@@ -31,15 +31,15 @@ _FINE = 4  # factor of the steps that shows how the scatter falls
 _LOST = "The paper's K and D for this figure are lost; these are our example."
 
 
-def _both_plots(scene: Scene, penalty: Response) -> PhasePlots:
+def _both_plots(scene: Setting, penalty: Response) -> PhasePlots:
     """The reference and the penalty solution in one frame."""
     return PhasePlots({"reference": run_reference(scene), "penalty": penalty})
 
 
-def _check_difference(scene: Scene) -> tuple[Finding, float]:
+def _check_difference(scene: Setting) -> tuple[Finding, float]:
     """Figure 9: what was found, and the rms difference, on which the claims decide."""
     run = run_newmark(scene)
-    found = compare(ComparisonQuestion(SYSTEM, scene.eta, Newmark(scene.K, scene.D, scene.steps))).decided()
+    found = compare(ComparisonQuestion(SYSTEM, scene.eta, scene.penalty)).decided()
     penalty, reference = found.penalty, found.reference  # scatter may be locked into a long cycle
     blurred = ", blurred by the time step" if penalty.step_noise else ""
     text = (
@@ -56,31 +56,31 @@ def _check_difference(scene: Scene) -> tuple[Finding, float]:
     return Finding(same_kind, text, _both_plots(scene, run), reason), found.total
 
 
-def _check_captured(scene: Scene) -> Finding:
+def _check_captured(scene: Setting) -> Finding:
     """Figure 9 [A]: the penalty model captures the motion."""
     finding, total = _check_difference(scene)
     return replace(finding, agrees=finding.agrees and total < _CAPTURED)
 
 
-def _check_missed(scene: Scene) -> Finding:
+def _check_missed(scene: Setting) -> Finding:
     """Figure 9 [B]: far from the reference, and yet a cycle, so that only the reference reveals it."""
     finding, total = _check_difference(scene)
     return replace(finding, agrees=total > _MISSED)
 
 
-def _check_bifurcated(scene: Scene) -> Finding:
+def _check_bifurcated(scene: Setting) -> Finding:
     """Figure 10 [A] and [C]: bifurcated."""
     finding, regular = _check_kind(scene)
     return replace(finding, agrees=not regular)
 
 
-def _check_regular(scene: Scene) -> Finding:
+def _check_regular(scene: Setting) -> Finding:
     """Figure 10 [B]: not bifurcated."""
     finding, regular = _check_kind(scene)
     return replace(finding, agrees=regular)
 
 
-def _check_kind(scene: Scene) -> tuple[Finding, bool]:
+def _check_kind(scene: Setting) -> tuple[Finding, bool]:
     """Figure 10: what was found, and whether the motion looks regular, on which the claims decide."""
     run, limit = run_newmark(scene), motion(run_exact(scene))
     found = motion(run)
@@ -93,7 +93,7 @@ def _check_kind(scene: Scene) -> tuple[Finding, bool]:
     return Finding(False, text, _both_plots(scene, run), _LOST + noise), share <= VISIBLE_SCATTER
 
 
-def _longest_contact(scene: Scene) -> tuple[Response, float, str]:
+def _longest_contact(scene: Setting) -> tuple[Response, float, str]:
     """Figure 13: the run, how many steps its longest contact lasts, and that in words."""
     run = run_newmark(scene, record=TWO_PERIODS)
     lasting = np.diff(run.contacts, axis=1).max() / run.period * scene.steps
@@ -102,26 +102,26 @@ def _longest_contact(scene: Scene) -> tuple[Response, float, str]:
     return run, lasting, text
 
 
-def _check_sudden(scene: Scene) -> Finding:
+def _check_sudden(scene: Setting) -> Finding:
     """Figure 13 [A]: a short contact."""
     run, lasting, text = _longest_contact(scene)
     reason = "The paper does not print K and D of this point; these are those that it recommends in the end."
     return Finding(lasting < SUDDEN_STEPS, text, TimeHistory(run), reason)
 
 
-def _check_lasting(scene: Scene) -> Finding:
+def _check_lasting(scene: Setting) -> Finding:
     """Figure 13 [B]: a long contact in a regular motion."""
     run, lasting, text = _longest_contact(scene)
     return Finding(lasting >= SUDDEN_STEPS and motion(run).period == 1, text, TimeHistory(run), _LOST)
 
 
-def scatter(scene: Scene, steps: int | None = None, *, located: bool = False) -> float:
+def scatter(scene: Setting, steps: int | None = None, *, located: bool = False) -> float:
     """Standard deviation of ξ₂ over 1,000 periods, by the scene's method or with other steps."""
     method = Newmark(scene.K, scene.D, steps or scene.steps, located=located)
     return motion(run_method(scene, method, _LONG)).spread
 
 
-def _check_disturbed(scene: Scene) -> Finding:
+def _check_disturbed(scene: Setting) -> Finding:
     """Figure 14 [A] to [C]: the time step disturbs the motion."""
     run, limit = run_newmark(scene), motion(run_exact(scene))
     found = motion(run)
@@ -135,7 +135,7 @@ def _check_disturbed(scene: Scene) -> Finding:
     )
 
 
-def _check_settled(scene: Scene) -> Finding:
+def _check_settled(scene: Setting) -> Finding:
     """Figure 14 [D]: whether the blur is gone, and its order in the time step."""
     run = run_newmark(scene)
     found = motion(run)

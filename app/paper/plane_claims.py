@@ -9,11 +9,12 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.explorer.scenes import Scene, scenes
+from vibroscope.app.explorer.presets import scenes
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.paper.claims import SYSTEM, VISIBLE_SCATTER, Claim, Finding, is_cancelled, percent, section_size
 from vibroscope.app.paper.penalty_claims import SUDDEN_STEPS
 from vibroscope.app.paper.pictures import CellMap
-from vibroscope.engine import CellResults, Cells, ExactPenalty, Newmark, run_cells
+from vibroscope.engine import CellResults, Cells, run_cells
 
 _THIRD = 2 ** (1 / 3)
 _BELOW, _ABOVE = {"K": 15, "D": 12}, {"K": 6, "D": 6}  # cells on either side of the recommended set
@@ -34,15 +35,14 @@ class PlaneCells(NamedTuple):
 @cache
 def plane_cells() -> PlaneCells:
     """Both runs of every cell; computed once in each process. Raises `engine.Cancelled` if the check is cancelled."""
-    scene = scenes()["14A"]
+    scene = scenes()["14A"].setting
     K, D = (_axis(name, getattr(scene, name)) for name in ("K", "D"))
     grid = {"damping": np.repeat(D, len(K)), "stiffness": np.tile(K, len(D))}
     eta, shape = np.full(len(K) * len(D), scene.eta), (len(D), len(K))
     how = {"transient": _TRANSIENT, "sample": _SAMPLE, "threads": 1}  # leaves the other processors to other sessions
     how["cancelled"] = is_cancelled.get()
-    penalty = Newmark(scene.K, scene.D, scene.steps)
     free, stepped = (
-        run_cells(Cells(SYSTEM, eta, method, **grid), **how) for method in (ExactPenalty(scene.K, scene.D), penalty)
+        run_cells(Cells(SYSTEM, eta, method, **grid), **how) for method in (scene.penalty.limit, scene.penalty)
     )
     columns = _looks_periodic(free), _looks_periodic(stepped), stepped.longest_contact_steps
     return PlaneCells(K, D, *(column.reshape(shape) for column in columns))
@@ -59,7 +59,7 @@ def _looks_periodic(cells: CellResults) -> np.ndarray:
         return cells.spread <= VISIBLE_SCATTER * section_size(cells.section)
 
 
-def _check_regions(scene: Scene) -> Finding:
+def _check_regions(scene: Setting) -> Finding:
     """Figure 11: bifurcated and non-bifurcated regions."""
     plane = plane_cells()
     scattered = plane.regular & ~plane.quiet
@@ -79,7 +79,7 @@ def _check_regions(scene: Scene) -> Finding:
     )
 
 
-def _check_sudden_region(scene: Scene) -> Finding:
+def _check_sudden_region(scene: Setting) -> Finding:
     """Figure 12: short contacts leave a smaller region."""
     plane = plane_cells()
     sudden = plane.steps < SUDDEN_STEPS
@@ -102,7 +102,7 @@ def _check_sudden_region(scene: Scene) -> Finding:
     )
 
 
-def _point(scene: Scene) -> tuple[float, float]:
+def _point(scene: Setting) -> tuple[float, float]:
     return scene.K, scene.D
 
 

@@ -1,7 +1,8 @@
 """Figures 3, 4 and 6: the motions of the reference (sections 2 and 3 of the paper)."""
 
 import numpy as np
-from vibroscope.app.explorer.scenes import Scene, scenes
+from vibroscope.app.explorer.presets import scenes
+from vibroscope.app.explorer.state import Setting
 from vibroscope.app.paper.claims import (
     SYSTEM,
     TWO_PERIODS,
@@ -18,13 +19,13 @@ from vibroscope.engine import Reference, diagram, motion
 _TOLERANCE = 1e-5  # of the largest displacement; the diagram holds single precision
 
 
-def _check_alternation(scene: Scene) -> Finding:
+def _check_alternation(scene: Setting) -> Finding:
     """Figure 3: the periods over η, and those of the four scenes [A] to [D]."""
     shown = diagram(SYSTEM, Reference())
     period = _section_periods(np.moveaxis(shown.displacement, 0, -1))
     one, more, none = (period == 1).sum(), (period > 1).sum(), (period == 0).sum()
     changes = np.count_nonzero(np.diff(period == 0))
-    four = [int(period[np.abs(shown.eta - scenes()[key].eta).argmin()]) for key in "ABCD"]
+    four = [int(period[np.abs(shown.eta - scenes()[key].setting.eta).argmin()]) for key in "ABCD"]
     return Finding(
         min(one + more, none) > 0 and changes > 2 and four == [1, 0, 1, 2],
         f"Of {len(period):,} values of η from {shown.eta[0]:g} to {shown.eta[-1]:g}, {one} give one period, {more} "
@@ -44,7 +45,7 @@ def _section_periods(sections: np.ndarray) -> np.ndarray:
     return period
 
 
-def _check_sticking(scene: Scene) -> Finding:
+def _check_sticking(scene: Setting) -> Finding:
     """Figure 4 [A]: several impacts, then permanent contact."""
     run = run_reference(scene)
     found = motion(run)
@@ -57,7 +58,7 @@ def _check_sticking(scene: Scene) -> Finding:
     )
 
 
-def _check_stripes(scene: Scene) -> Finding:
+def _check_stripes(scene: Setting) -> Finding:
     """Figure 4 [B]: the stripes are there, but neighbouring motions diverge."""
     run, found = run_reference(scene), motion(SYSTEM, scene.eta, Reference())
     low, high = sorted((run.section[::2, 0], run.section[1::2, 0]), key=np.mean)
@@ -76,7 +77,7 @@ def _check_stripes(scene: Scene) -> Finding:
     )
 
 
-def _check_one_impact(scene: Scene) -> Finding:
+def _check_one_impact(scene: Setting) -> Finding:
     """Figure 4 [C]: one impact a period."""
     run = run_reference(scene)
     found = motion(run)
@@ -88,7 +89,7 @@ def _check_one_impact(scene: Scene) -> Finding:
     )
 
 
-def _check_doubling(scene: Scene) -> Finding:
+def _check_doubling(scene: Setting) -> Finding:
     """Figure 4 [D]: a cycle of two periods."""
     run = run_reference(scene)
     found = motion(run)
@@ -99,7 +100,7 @@ def _check_doubling(scene: Scene) -> Finding:
     )
 
 
-def _check_chatter(scene: Scene) -> Finding:
+def _check_chatter(scene: Setting) -> Finding:
     """Figure 6, η = 1.08: the intervals between the impacts that lead to the last permanent contact."""
     run = run_reference(scene, TWO_PERIODS)
     if len(run.contacts) < 2:
@@ -118,7 +119,7 @@ def _check_chatter(scene: Scene) -> Finding:
     )
 
 
-def _check_sudden_impact(scene: Scene) -> Finding:
+def _check_sudden_impact(scene: Setting) -> Finding:
     """Figure 6, η = 2.76: one impact and no lasting force."""
     run = run_reference(scene, TWO_PERIODS)
     found = motion(run)

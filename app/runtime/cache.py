@@ -2,6 +2,7 @@
 
 import threading
 from collections import OrderedDict
+from collections.abc import Callable
 
 
 class Cache:
@@ -31,6 +32,14 @@ class Cache:
             self._values.move_to_end(key)
             while len(self._values) > self._size:
                 self._values.popitem(last=False)
+
+    def get_or(self, key: object, make: Callable[[], object]):
+        """Return the value stored under ``key``; where there is none, what ``make`` returns, which is stored."""
+        value = self.get(key)
+        if value is None:
+            value = make()
+            self.put(key, value)
+        return value
 
     def __len__(self) -> int:
         return len(self._values)

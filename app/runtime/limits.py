@@ -1,38 +1,9 @@
-"""Limits on the cost of one request, on the rate of messages, and on work that holds the loop up. No panel import."""
+"""Limits on the rate of messages, and on work that holds the loop up. No panel import."""
 
 import time
 from asyncio import CancelledError, Future, get_running_loop, sleep
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-
-from vibroscope.app.runtime.settings import current_settings
-
-
-class CostLimitError(ValueError):
-    """A request costs more than this server allows; the text is for the user."""
-
-
-def check_cost(steps: int, periods: int) -> None:
-    """Refuse a request that takes more time steps than the server allows (``VIBROSCOPE_STEPS``).
-
-    Studies need no such check: their number of cells and their time limit are fixed.
-
-    Parameters
-    ----------
-    steps, periods
-        Time steps per period, and number of periods.
-
-    Raises
-    ------
-    CostLimitError
-        Its text names the cost, the limit, and what the user can do.
-    """
-    asked, granted = steps * periods, current_settings().steps
-    if asked > granted:
-        raise CostLimitError(
-            f"That is {steps:,} steps × {periods:,} periods = {asked:,} steps, and this server does {granted:,} "
-            "for one request: take fewer steps, or run Vibroscope on your own machine."
-        )
 
 
 class TokenBucket:

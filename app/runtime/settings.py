@@ -23,50 +23,27 @@ _OTHERS = {"VIBROSCOPE_BROWSER"}  # used by the tests, see tools/browser.py
 LEVELS = ("debug", "info", "warning", "error")
 
 
-def _whole_number(low: int, high: int) -> Callable[[str], int]:
-    """Return a parser of whole numbers from ``low`` to ``high``."""
+def _such(expected: str, holds: Callable[[str], object], convert: Callable[[str], object] = str) -> Callable:
+    """Return a parser of texts for which ``holds`` is true; for others it raises ValueError with what is expected."""
 
-    def parse(text: str) -> int:
-        if not re.fullmatch(r"\d{1,15}", text, re.ASCII) or not low <= int(text) <= high:
-            raise ValueError(f"a whole number from {low} to {high}")
-        return int(text)
+    def parse(text: str) -> object:
+        if not holds(text):
+            raise ValueError(expected)
+        return convert(text)
 
     return parse
+
+
+def _whole_number(low: int, high: int) -> Callable[[str], int]:
+    """Return a parser of whole numbers from ``low`` to ``high``."""
+    digits = re.compile(r"\d{1,15}", re.ASCII)
+    expected = f"a whole number from {low} to {high}"
+    return _such(expected, lambda text: digits.fullmatch(text) and low <= int(text) <= high, int)
 
 
 def _one_of(*choices: str) -> Callable[[str], str]:
     """Return a parser that accepts one of ``choices``."""
-
-    def parse(text: str) -> str:
-        if text not in choices:
-            raise ValueError(" or ".join(choices))
-        return text
-
-    return parse
-
-
-def _matching(pattern: re.Pattern, expected: str) -> Callable[[str], str]:
-    """Return a parser that accepts text of this form."""
-
-    def parse(text: str) -> str:
-        if not pattern.fullmatch(text):
-            raise ValueError(expected)
-        return text
-
-    return parse
-
-
-_origin = _matching(_ORIGIN, "hosts as in the browser's address bar, example.org or example.org:8080")
-
-
-def _origins(text: str) -> tuple[str, ...]:
-    return tuple(_origin(part.strip().lower()) for part in text.split(","))
-
-
-def _address(text: str) -> str:
-    if not _HOST.fullmatch(text) and not _is_ipv6(text):
-        raise ValueError("an IP address without brackets, such as 127.0.0.1 or ::1, or a host's name")
-    return text
+    return _such(" or ".join(choices), choices.__contains__)
 
 
 def _is_ipv6(text: str) -> bool:
@@ -76,16 +53,17 @@ def _is_ipv6(text: str) -> bool:
         return False
 
 
-def _folder(text: str) -> str:
-    if Path(text).exists() and not Path(text).is_dir():
-        raise ValueError("a folder")
-    return text
+_origin = _such("hosts as in the browser's address bar, example.org or example.org:8080", _ORIGIN.fullmatch)
+_address = _such(
+    "an IP address without brackets, such as 127.0.0.1 or ::1, or a host's name",
+    lambda text: _HOST.fullmatch(text) or _is_ipv6(text),
+)
+_folder = _such("a folder", lambda text: Path(text).is_dir() or not Path(text).exists())
+_secret = _such(f"at least {_SHORTEST_KEY} characters that nobody can guess", lambda text: len(text) >= _SHORTEST_KEY)
 
 
-def _secret(text: str) -> str:
-    if len(text) < _SHORTEST_KEY:
-        raise ValueError(f"at least {_SHORTEST_KEY} characters that nobody can guess")
-    return text
+def _origins(text: str) -> tuple[str, ...]:
+    return tuple(_origin(part.strip().lower()) for part in text.split(","))
 
 
 def _setting(default, parse: Callable[[str], object], doc: str, *, variable: str = "", secret: bool = False):

@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.app.explorer.state import SOLVERS
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.studies.cell_classes import DIVERGED, NO_NUMBER, SPECIAL, UNKNOWN
 from vibroscope.engine import Method, Reference, System
@@ -25,7 +26,6 @@ from vibroscope.engine.sweeps.basin_motions import ENDED, PHASE
 
 COUNT, SLOW_COUNT = 96, 24  # cells along each axis; of a method whose cells are run one by one
 TRANSIENT, SAMPLE = 1800, 256
-SIDES = ("reference", "penalty")
 PLANES = {  # of starts, by their name in a link
     "xi2-v2": ("xi2", "v2"),
     "xi1-v1": ("xi1", "v1"),
@@ -100,12 +100,12 @@ class PartialBasin:
     @cached_property
     def known(self) -> dict[str, np.ndarray]:
         """Whether each cell is computed."""
-        return {side: (self.values[side]["status"] != MISSING).T for side in SIDES}
+        return {side: (self.values[side]["status"] != MISSING).T for side in SOLVERS}
 
     @property
     def share(self) -> float:
         """The share of the cells that are computed."""
-        return float(np.mean([self.known[side].mean() for side in SIDES]))
+        return float(np.mean([self.known[side].mean() for side in SOLVERS]))
 
     @cached_property
     def concluded(self) -> dict[str, dict[str, np.ndarray]]:
@@ -120,7 +120,7 @@ class PartialBasin:
     @cached_property
     def difference(self) -> BasinDifference:
         """The cells in which both solvers end on different motions."""
-        return difference_of(*(self.concluded[side] for side in SIDES))
+        return difference_of(*(self.concluded[side] for side in SOLVERS))
 
     @cached_property
     def numbers(self) -> dict[str, np.ndarray]:
@@ -199,11 +199,11 @@ class PartialBasin:
         """The results so far, for a file."""
         question = self.question
         found: dict[str, object] = {"eta": question.eta, "start": dict(zip(COORDINATES, question.start, strict=True))}
-        found |= {side: self.columns(side) for side in SIDES}
+        found |= {side: self.columns(side) for side in SOLVERS}
         found["motions"] = {
             "name": np.array([each.name for each in self.motions]),
             "period": np.array([each.period for each in self.motions]),
-            **{f"share_{side}": np.array([each.shares.get(side, 0.0) for each in self.motions]) for side in SIDES},
+            **{f"share_{side}": np.array([each.shares.get(side, 0.0) for each in self.motions]) for side in SOLVERS},
         }
         return found | {"share_different": self.difference.share, "share_different_error": self.difference.error}
 
@@ -219,7 +219,7 @@ def grow_basin(
     """Partial results of both basins in turns, from ``last`` on; raises `Cancelled`."""
     options = RunOptions(threads=current_settings().threads, cancelled=cancelled)
     values = dict(last.values) if last else {}
-    growing = {side: grow_picture(question.study(side), options, values.get(side)) for side in SIDES}
+    growing = {side: grow_picture(question.study(side), options, values.get(side)) for side in SOLVERS}
     while growing:
         for side in list(growing):
             found = next(growing[side], None)
@@ -227,5 +227,5 @@ def grow_basin(
                 del growing[side]
                 continue
             values[side] = found
-            if len(values) == len(SIDES):
+            if len(values) == len(SOLVERS):
                 yield PartialBasin(question, dict(values))

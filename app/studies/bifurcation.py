@@ -182,9 +182,7 @@ class PartialDiagram:
     @property
     def open_cells(self) -> np.ndarray:
         """The computed cells whose kind is not known yet, from coarse to fine."""
-        missing = np.flatnonzero((self.kinds["kind"] == CellKind.UNKNOWN) & self.known)
-        stride = np.where(missing == 0, len(self.known), missing & -missing)
-        return missing[np.argsort(-stride, kind="stable")]
+        return coarse_to_fine((self.kinds["kind"] == CellKind.UNKNOWN) & self.known)
 
     @property
     def impacts(self) -> np.ndarray:
@@ -255,6 +253,13 @@ def points_of(
         chosen &= of_kind[:, None]
     row, column = np.nonzero(chosen)
     return axis[row], values[row, column]
+
+
+def coarse_to_fine(chosen: np.ndarray) -> np.ndarray:
+    """Indices of the chosen cells of a flattened grid: first those of its coarsest grid, then of finer ones."""
+    either = np.bitwise_or.reduce(np.nonzero(chosen))
+    stride = np.where(either == 0, len(chosen), either & -either)
+    return np.flatnonzero(chosen)[np.argsort(-stride, kind="stable")]
 
 
 def kind_names(kinds: np.ndarray) -> np.ndarray:

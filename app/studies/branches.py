@@ -3,12 +3,12 @@
 The search cannot be taken up where it was cancelled: it begins anew, and what it had found stays until as much is found
 again.
 
-A limit of the seconds that a search computes.
+A limit of the seconds that a search computes, and of what it finds.
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from typing import NamedTuple
+from functools import partial
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from vibroscope.app.runtime.settings import current_settings
@@ -30,24 +30,50 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.facts import Statement, joined, sentence
 
+Part = TypeVar("Part")
 
-class TimeLimit:
-    """Ends a search after so many seconds of its own; what others had while it was `paused` does not count."""
 
-    def __init__(self, seconds: float, cancelled: Callable[[], bool]) -> None:
-        self._left, self._cancelled = seconds, cancelled
-        self._begin = own_time()
+def limited(
+    search: Callable[[Callable[[], bool]], Iterator[Part]],
+    seconds: float,
+    most: int,
+    what: str,
+    cancelled: Callable[[], bool],
+) -> Iterator[tuple[tuple[Part, ...], str | None]]:
+    """All that a search has found, after each find; and last, with why it ended early, or an empty text.
 
-    def ends(self) -> bool:
-        """Whether the search was cancelled, or its time is over."""
-        return self._cancelled() or own_time() - self._begin > self._left
+    Parameters
+    ----------
+    search : callable
+        Gets a function that says whether to end, on which it raises `Cancelled`.
+    seconds : float
+        Of its own; what other studies have while a partial result is taken does not count.
+    most : int
+        Finds after which it ends.
+    what : str
+        The finds in a word.
+    cancelled : callable
+        Whether the study was cancelled; `Cancelled` is then raised on.
+    """
+    found, cut, left, begin = (), "", seconds, own_time()
 
-    @contextmanager
-    def paused(self) -> Iterator[None]:
-        """While a partial result is taken: other studies have their turn then."""
-        self._left -= own_time() - self._begin
-        yield
-        self._begin = own_time()
+    def ends() -> bool:
+        return cancelled() or own_time() - begin > left
+
+    try:
+        for each in search(ends):
+            found = (*found, each)
+            if len(found) == most:
+                cut = f"The search ended at {most} {what}: a narrower range shows the others."
+                break
+            left -= own_time() - begin
+            yield found, None
+            begin = own_time()
+    except Cancelled:
+        if cancelled():
+            raise
+        cut = f"The search ended after {seconds:g} s and may have missed {what}: a narrower range is quicker."
+    yield found, cut
 
 
 MAX_PERIOD = 4  # longest cycle that is looked for, in excitation periods
@@ -161,22 +187,15 @@ def grow_branches(
     question: BranchesQuestion, last: PartialBranches | None, cancelled: Callable[[], bool]
 ) -> Iterator[PartialBranches]:
     """The branches so far, after each. Raises `Cancelled`."""
-    kept, found, cut, notes = (last.branches if last else ()), (), "", []
-    limit = TimeLimit(SECONDS, cancelled)
-    try:
-        how = {"threads": current_settings().threads, "note": notes.append, "cancelled": limit.ends}
-        for branch in search_branches(question.search, **how):
-            found = (*found, branch)
-            if len(found) == MOST_BRANCHES:
-                cut = f"The search ended at {MOST_BRANCHES} branches: a narrower range shows the others."
-                break
-            with limit.paused():
-                yield PartialBranches(question, max(found, kept, key=len))
-    except Cancelled:
-        if cancelled():
-            raise
-        cut = f"The search ended after {SECONDS:g} s and may have missed branches: a narrower range is quicker."
-    yield PartialBranches(question, found, over=True, cut=joined(" ", filter(None, (cut, *map(sentence, notes)))))
+    kept, notes = last.branches if last else (), []
+    how = {"threads": current_settings().threads, "note": notes.append}
+    search = partial(search_branches, question.search, **how)
+    found = limited(lambda ends: search(cancelled=ends), SECONDS, MOST_BRANCHES, "branches", cancelled)
+    for branches, cut in found:
+        if cut is None:
+            yield PartialBranches(question, max(branches, kept, key=len))
+    why = joined(" ", filter(None, (cut, *map(sentence, notes))))
+    yield PartialBranches(question, branches, over=True, cut=why)
 
 
 def why_none(over: str, method: Reference | ExactPenalty) -> str:

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from vibroscope.app.explorer.field_units import shown_field, shown_text
-from vibroscope.app.explorer.force import plain_motion
-from vibroscope.app.explorer.method_words import brief_name
+from vibroscope.app.explorer.method_words import brief_name, plain_motion
 from vibroscope.app.explorer.motion_kind import describe_kind
 from vibroscope.app.explorer.parameters import START_FIELDS
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.state import SOLVERS, Setting
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import (
     Attractor,
@@ -29,8 +28,6 @@ from vibroscope.engine import (
     written,
 )
 from vibroscope.engine.motions.search import STARTS
-
-_SOLVERS = "reference", "penalty"
 
 
 class CoexistingQuestion(NamedTuple):
@@ -49,7 +46,7 @@ class CoexistingQuestion(NamedTuple):
     @property
     def methods(self) -> dict[str, Method]:
         """The solvers by their names."""
-        return {name: getattr(self, name) for name in _SOLVERS}
+        return {name: getattr(self, name) for name in SOLVERS}
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +95,7 @@ def coexisting_content(result: Coexisting, setting: Setting) -> dict:
         [title, [_motion(each, setting, "impact" if name == "reference" else "contact") for each in result.found[name]]]
         for name, title in titles.items()
     ]
-    counts = (counted(len(result.found[name]), "motion") for name in _SOLVERS)
+    counts = (counted(len(result.found[name]), "motion") for name in SOLVERS)
     words = [f"{count} of the {name}" for name, count in zip(("reference", "penalty model"), counts, strict=True)]
     return {"head": f"From {counted(result.done, 'start')}: {' and '.join(words)}", "solvers": solvers}
 

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.app.explorer.load_words import words_of_contact
 from vibroscope.app.explorer.present import envelope
+from vibroscope.app.explorer.state import SOLVERS
 from vibroscope.app.runtime.cache import Cache
-from vibroscope.app.studies.peaks import SOLVERS
 from vibroscope.engine import (
     PEAKS,
     Difference,
@@ -60,11 +60,7 @@ class RecordFile(NamedTuple):
 
     def load(self) -> Load:
         """Raises ValueError where the file holds no record."""
-        load = _RECORDS.get(self)
-        if load is None:
-            load = parse_record(self.content, self.units, self.on)
-            _RECORDS.put(self, load)
-        return load
+        return _RECORDS.get_or(self, lambda: parse_record(self.content, self.units, self.on))
 
 
 class LoadQuestion(NamedTuple):

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -46,12 +47,9 @@ class Run(NamedTuple):
 
     def closing_speeds(self, cancelled: Callable[[], bool] | None = None) -> np.ndarray:
         """Of its impacts, (n,); raises `Cancelled`."""
-        speeds = _CLOSING.get(self)
-        if speeds is None:
-            how = run_length(self.system, self.eta, self.initial) | {"initial": self.initial, "cancelled": cancelled}
-            speeds = simulate(self.system, self.eta, self.reference, **how).impacts.closing_speed
-            _CLOSING.put(self, speeds)
-        return speeds
+        how = run_length(self.system, self.eta, self.initial) | {"initial": self.initial, "cancelled": cancelled}
+        run = partial(simulate, self.system, self.eta, self.reference, **how)
+        return _CLOSING.get_or(self, lambda: run().impacts.closing_speed)
 
 
 class ImpactQuestion(NamedTuple):

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.explorer.compute import free_text, run_length
-from vibroscope.app.explorer.state import is_driven
+from vibroscope.app.explorer.state import SOLVERS
 from vibroscope.engine import (
     PEAKS,
     Method,
@@ -26,7 +26,6 @@ from vibroscope.engine.facts import Statement
 
 PERIODS = 16  # lines of the spectrum at sixteenths of an order
 PER_PERIOD, FEW = 4000, 400  # samples: for the peak of a short contact; for the first order
-SOLVERS = "reference", "penalty"
 MOTIONS = ("displacement1", "displacement2", "acceleration1", "acceleration2")  # with a spectrum, as has the force
 
 
@@ -46,7 +45,7 @@ def sampled(
 
 def kept_text(system: System, eta: float, initial: Sequence[float] | None) -> str:
     """Over which periods :func:`sampled` looks."""
-    return f"the last {PERIODS} periods" if is_driven(system) else free_text(system, eta, initial)
+    return f"the last {PERIODS} periods" if system.excitation.drives else free_text(system, eta, initial)
 
 
 class PeaksQuestion(NamedTuple):

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.app.explorer.method_words import brief_name
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.app.studies.bifurcation import kind_names
+from vibroscope.app.studies.bifurcation import coarse_to_fine, kind_names
 from vibroscope.app.studies.study_job import RESULTS
 from vibroscope.engine import STATUSES, Newmark, Status, System, TimeStepping
 from vibroscope.engine.sweeps import (
@@ -136,10 +136,7 @@ class PartialPlane:
     @property
     def open_cells(self) -> np.ndarray:
         """The computed cells whose kind is not known yet, from coarse to fine, in the order of the pictures."""
-        row, column = np.nonzero(self.known & ~self._judged)
-        either = row | column
-        stride = np.where(either == 0, COUNT, either & -either)
-        return np.ravel_multi_index((row, column), self.known.shape)[np.argsort(-stride, kind="stable")]
+        return coarse_to_fine(self.known & ~self._judged)
 
     @cached_property
     def has_errors(self) -> bool:

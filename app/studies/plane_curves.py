@@ -9,15 +9,16 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.runtime.settings import current_settings
-from vibroscope.app.studies.branches import TimeLimit
+from vibroscope.app.studies.branches import limited
 from vibroscope.engine import (
     POINT_KINDS,
     BranchQuestion,
-    Cancelled,
     ExactPenalty,
+    Point,
     PointCurve,
     PointCurves,
     System,
+    counted,
     search_branches,
 )
 
@@ -96,30 +97,21 @@ def grow_curves(
     question: CurvesQuestion, last: PartialCurves | None, cancelled: Callable[[], bool]
 ) -> Iterator[PartialCurves]:
     """The curves so far, after each. Raises `Cancelled`."""
-    kept, found, lost, cut = (last.curves if last else ()), (), 0, ""
-    limit = TimeLimit(SECONDS, cancelled)
-    try:
-        for curve, share in _curves(question, limit.ends):
-            if curve is None:
-                lost += 1
-                continue
-            found = (*found, curve)
-            if len(found) == MOST_CURVES:
-                cut = f"The search ended at {MOST_CURVES} curves: a narrower range shows the others."
-                break
-            with limit.paused():
-                yield PartialCurves(question, max(found, kept, key=len), share)
-    except Cancelled:
-        if cancelled():
-            raise
-        cut = f"The search ended after {SECONDS:g} s and may have missed curves: a narrower range is quicker."
+    kept, lost = last.curves if last else (), []
+    found = limited(lambda ends: _curves(question, ends, lost), SECONDS, MOST_CURVES, "curves", cancelled)
+    for parts, cut in found:
+        curves = tuple(curve for curve, _ in parts)
+        if cut is None:
+            yield PartialCurves(question, max(curves, kept, key=len), parts[-1][1])
     if lost and not cut:
-        cut = f"{lost} point{'' if lost == 1 else 's'} of branches could not be followed."
-    yield PartialCurves(question, found, 1.0, cut)
+        cut = f"{counted(len(lost), 'point')} of branches could not be followed."
+    yield PartialCurves(question, curves, 1.0, cut)
 
 
-def _curves(question: CurvesQuestion, ends: Callable[[], bool]) -> Iterator[tuple[PointCurve | None, float]]:
-    """Each curve, and how much of the search is over; None for a point that could not be followed."""
+def _curves(
+    question: CurvesQuestion, ends: Callable[[], bool], lost: list[Point]
+) -> Iterator[tuple[PointCurve, float]]:
+    """Each curve, and how much of the search is over; ``lost`` gets the points that could not be followed."""
     rows = question.rows
     reach = {"along": "D", "along_low": question.D[0], "along_high": question.D[1]}
     plane = PointCurves(question.search(rows[0]), **reach, cancelled=ends)
@@ -132,7 +124,7 @@ def _curves(question: CurvesQuestion, ends: Callable[[], bool]) -> Iterator[tupl
                 try:
                     curve = plane.follow(point, damping)
                 except ValueError:
-                    yield None, number / len(rows)
+                    lost.append(point)
                     continue
                 if curve is not None:
                     yield curve, number / len(rows)

@@ -17,9 +17,9 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.explorer.method_words import scheme_as_dict
-from vibroscope.app.performance.contenders import CHECKED, PERIODS, engine_seconds
+from vibroscope.app.performance.bench import CHECKED, PERIODS, engine_seconds
 from vibroscope.app.performance.peers import plain_loop
+from vibroscope.app.studies.time_step import question_as_dict
 from vibroscope.engine import (
     NEWMARK_LAWS,
     Cancelled,
@@ -118,13 +118,10 @@ class PartialSpeed:
 
     def data(self) -> dict[str, object]:
         """The results so far, for a file: columns over the solvers, and the question."""
-        method = self.question.method
-        question = {"eta": self.question.eta, "K": method.stiffness, "D": method.damping, "steps": method.steps}
-        question |= {"method": scheme_as_dict(method)}
-        keys = list(self.turns)
+        question, keys = question_as_dict(self.question), list(self.turns)
         if self.question.stiffness_of_step is not None:
-            of_each = [self.question.method_at(key.steps).stiffness if key.steps else method.stiffness for key in keys]
-            question |= {"stiffness_of_step": self.question.stiffness_of_step, "solver_K": of_each}
+            of_each = (self.question.method_at(key.steps) if key.steps else self.question.method for key in keys)
+            question |= {"solver_K": [method.stiffness for method in of_each]}
         return question | {
             "periods": PERIODS,
             "error_after_periods": CHECKED,

@@ -111,11 +111,7 @@ class PartialStep:
 
     def data(self) -> dict[str, object]:
         """The results so far, for a file: the variables as `engine.StepStudy` names them."""
-        method = self.question.method
-        question = {"eta": self.question.eta, "K": self.stiffness, "D": method.damping, "steps": self.steps}
-        question |= {"method": scheme_as_dict(method)}
-        if (scale := self.question.stiffness_of_step) is not None:
-            question |= {"stiffness_of_step": scale}
+        question = question_as_dict(self.question) | {"K": self.stiffness, "steps": self.steps}
         of_study = {"error_joint_damping": self.study.arrays["error_joint_damping"]}
         of_study |= self.study.conclusions(self.values)
         return (
@@ -135,6 +131,14 @@ class PartialStep:
     def section(self, index: int, scheme: str) -> dict[str, np.ndarray]:
         """Displacement and velocity at τ ≡ 0 mod T over the sample."""
         return {name: self.of_scheme(f"{name}_section", scheme)[index] for name in self.study.shown}
+
+
+def question_as_dict(question) -> dict[str, object]:
+    """What a study of several steps asks, for a file."""
+    method, scale = question.method, question.stiffness_of_step
+    found = {"eta": question.eta, "K": method.stiffness, "D": method.damping, "steps": method.steps}
+    found |= {"method": scheme_as_dict(method)}
+    return found if scale is None else found | {"stiffness_of_step": scale}
 
 
 def grow_step(question: StepQuestion, last: PartialStep | None, cancelled: Callable[[], bool]) -> Iterator[PartialStep]:

@@ -1,7 +1,7 @@
 """Hypothesis strategy of valid settings."""
 
 from hypothesis import strategies as st
-from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, STEPPING_FIELDS, bounds_of
+from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, STEPPING_FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.engine import INTEGRATORS
 
@@ -26,7 +26,7 @@ def _together(setting):
     setting = setting._replace(status="start") if INTEGRATORS[setting.integrator].explicit else setting
     if setting.follows_step:
         K = setting.stiffness_of_step
-        low, high = bounds_of("K")
+        low, high = FIELDS["K"].bounds
         setting = setting._replace(**({"K": K} if low <= K <= high else {"stiffness": "typed"}))
     if setting.follows_system:
         setting = setting._replace(K=setting.stiffness_of_system)
@@ -45,11 +45,11 @@ def _apart(setting):
         setting = setting._replace(spring1=float(setting.spring1 > 0.5))
     room = setting.start_xi2 + min(setting.clearance, 0.0) - 1
     if setting.start_xi1 > room:
-        low = bounds_of("start_xi1")[0]
+        low = FIELDS["start_xi1"].bounds[0]
         setting = setting._replace(start_xi1=max(room, low), start_xi2=max(setting.start_xi2, -1e5))
     if setting.stops == "two":  # some play, and the start within it
         least = max(1.0 - setting.clearance, setting.start_xi2 - setting.start_xi1)
-        high = bounds_of("clearance2")[1]
+        high = FIELDS["clearance2"].bounds[1]
         within = {"clearance2": max(setting.clearance2, least)} if least <= high else {"stops": "one"}
         setting = setting._replace(**within)
     own = any(getattr(setting, name) for name in START_FIELDS)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.explanation import explain
+from vibroscope.app.explorer.presets import opening_setting
 from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.explore.alone import NUMBERS, AloneView
 from vibroscope.app.page.explore.drawn import DrawnFigures

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from bokeh.events import Tap
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.state import SOLVERS, Setting
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.study.basin import Basins, statements
 from vibroscope.app.page.tab import Move
@@ -45,7 +45,7 @@ def test_both_basins_are_those_of_the_engine(small):
     result = small[-1]
     x, y = QUESTION.axis("x"), QUESTION.axis("y")
     found = {
-        side: sweep(BasinStudy.over(System(), QUESTION.method(side), 3.2, {"xi2": x, "v2": y})) for side in basin.SIDES
+        side: sweep(BasinStudy.over(System(), QUESTION.method(side), 3.2, {"xi2": x, "v2": y})) for side in SOLVERS
     }
     for side, each in found.items():
         np.testing.assert_array_equal(result.concluded[side]["motion"], each["motion"])
@@ -57,7 +57,7 @@ def test_both_basins_are_those_of_the_engine(small):
 
 
 def test_a_motion_has_one_colour_on_both_sides(small):
-    images = {side: small[-1].image(side) for side in basin.SIDES}
+    images = {side: small[-1].image(side) for side in SOLVERS}
     assert set(np.unique(images["reference"])) == {2, 3, 4}
     assert set(np.unique(images["penalty"])) == {4}
     overlap = np.tile(QUESTION.axis("x") < 0, (20, 1))
@@ -69,9 +69,9 @@ def test_a_motion_has_one_colour_on_both_sides(small):
 def test_the_pictures_grow_and_go_on_to_the_very_same(small):
     assert len(small) > 2
     assert all(before.share < after.share for before, after in pairwise(small))
-    assert all((each.shown(side) != -1).any() for each in small for side in basin.SIDES)
+    assert all((each.shown(side) != -1).any() for each in small for side in SOLVERS)
     *_, resumed = grow_basin(QUESTION, small[0], lambda: False)
-    for side in basin.SIDES:
+    for side in SOLVERS:
         np.testing.assert_array_equal(resumed.cells[side], small[-1].cells[side])
 
 

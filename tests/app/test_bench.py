@@ -6,8 +6,8 @@ from functools import partial
 import numpy as np
 import pytest
 from vibroscope.app.commands.cli import main
-from vibroscope.app.performance import bench, contenders, peers
-from vibroscope.app.performance.contenders import CHECKED, SYSTEM
+from vibroscope.app.performance import bench, peers
+from vibroscope.app.performance.bench import CHECKED, SYSTEM
 from vibroscope.engine import ExactPenalty, Newmark, Reference, simulate
 
 SCENES = {"A": (1.08, 2500.0, 8.0), "B": (1.70, 12000.0, 18.0), "C": (2.76, 12000.0, 18.0), "D": (3.25, 12000.0, 18.0)}
@@ -82,12 +82,12 @@ def test_costs_are_medians_and_ratios_are_those_of_the_turns():
     seconds = {"ours": iter([9, 1, 2, 40]), "theirs": iter([9, 3, 8, 80])}  # the first compiles
 
     def contender(name):
-        return contenders.Contender(name, lambda periods: (next(seconds[name]), np.zeros(4)))
+        return bench.Contender(name, lambda periods: (next(seconds[name]), np.zeros(4)))
 
-    turns = contenders.time_in_turns([contender("ours"), contender("theirs")], periods=1, rounds=3)
+    turns = bench.time_in_turns([contender("ours"), contender("theirs")], periods=1, rounds=3)
     assert np.median(turns["ours"]) == 2e6
-    assert contenders.ratio(turns, "theirs", "ours") == 3
-    assert contenders.ratio(turns, "absent", "ours") is None
+    assert bench.ratio(turns, "theirs", "ours") == 3
+    assert bench.ratio(turns, "absent", "ours") is None
 
 
 @pytest.mark.parametrize(("eta", "stiffness", "damping"), [SCENES["A"], SCENES["C"]])

@@ -12,7 +12,7 @@ import pytest
 from vibroscope.app.commands.report import compilation_text, show_compilation
 from vibroscope.app.explorer import shipped
 from vibroscope.app.explorer.compute import needed
-from vibroscope.app.explorer.scenes import opening_setting
+from vibroscope.app.explorer.presets import opening_setting
 from vibroscope.app.page.explore import tab as explore
 from vibroscope.app.page.tab import Move
 from vibroscope.app.runtime import compilation as module

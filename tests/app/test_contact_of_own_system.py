@@ -6,8 +6,8 @@ import pytest
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.link import parse_address, print_address
 from vibroscope.app.explorer.physical_fields import entered
+from vibroscope.app.explorer.presets import opening_setting
 from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.export.formats import as_toml, loaded_from_toml
 from vibroscope.app.page.controls.controls import Controls

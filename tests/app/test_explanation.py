@@ -6,8 +6,8 @@ from vibroscope.app.explorer import explanation
 from vibroscope.app.explorer.explanation import describe, explain, paragraphs
 from vibroscope.app.explorer.field_units import words_of_change
 from vibroscope.app.explorer.present import present
+from vibroscope.app.explorer.presets import scenes
 from vibroscope.app.explorer.reading import read_setting, read_values
-from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting
 from vibroscope.engine import Verdict, percent
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.explanation import describe
-from vibroscope.app.explorer.force import force_text
+from vibroscope.app.explorer.method_words import force_text
 from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.state import Setting
 

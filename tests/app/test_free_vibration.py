@@ -8,7 +8,7 @@ import pytest
 from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.parameters import START_FIELDS
-from vibroscope.app.explorer.shelf import shelf
+from vibroscope.app.explorer.presets import shelf
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.shared.figure import time_label

@@ -3,7 +3,7 @@
 from unittest.mock import Mock, call
 
 import pytest
-from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.presets import scenes
 from vibroscope.app.page.session import route
 
 

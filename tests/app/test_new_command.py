@@ -11,7 +11,7 @@ from tests.app.command_line import run_command
 
 HALF = """
 from vibroscope.app.commands.numbers import measured
-from vibroscope.app.commands.options import add_system_option, units_of
+from vibroscope.app.commands.options import add_system_option
 from vibroscope.app.commands.parser import Command
 from vibroscope.app.commands.physical_units import add_units_option, wanted_units
 from vibroscope.app.commands.report import Report, Row

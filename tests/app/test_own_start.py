@@ -14,8 +14,8 @@ from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import parse_address, print_address
 from vibroscope.app.explorer.motion_kind import judge_motions
 from vibroscope.app.explorer.parameters import START_FIELDS
+from vibroscope.app.explorer.presets import scene_key, scenes
 from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.scenes import scene_key, scenes
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.export.scripts import as_command, speed_python

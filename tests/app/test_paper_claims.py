@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.presets import scenes
 from vibroscope.app.page.paper.figures import draw
 from vibroscope.app.paper import CLAIMS, as_dict, plane_claims, reference_claims
 from vibroscope.app.paper.claims import SYSTEM, VISIBLE_SCATTER, is_cancelled, section_size
@@ -62,11 +62,11 @@ def test_a_finding_is_drawn(findings, key):
     ],
 )
 def test_a_check_fails_where_the_claim_does_not_hold(key, scene):
-    assert not CLAIMS[key].check(scenes()[scene]).agrees
+    assert not CLAIMS[key].check(scenes()[scene].setting).agrees
 
 
 def test_the_check_of_the_step_agrees_where_the_step_does_no_harm():
-    assert CLAIMS["14D"].check(scenes()["10B"]).agrees
+    assert CLAIMS["14D"].check(scenes()["10B"].setting).agrees
 
 
 def test_a_diagram_without_irregular_motion_does_not_agree(monkeypatch):

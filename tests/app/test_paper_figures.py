@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from bokeh.models import GlyphRenderer
 from vibroscope.app.page.paper.figures import draw
-from vibroscope.app.paper import CellMap, PhasePlots, TimeHistory
+from vibroscope.app.paper.pictures import CellMap, PhasePlots, TimeHistory
 from vibroscope.engine import Newmark, Record, Reference, System, simulate
 
 NAMES = ("bifurcated", "in between", "one period")

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.presets import scenes
 from vibroscope.app.paper import CLAIMS
 from vibroscope.app.paper.claims import SYSTEM, run_newmark, run_reference
 from vibroscope.app.paper.penalty_claims import scatter
@@ -18,11 +18,11 @@ def test_constants_of_table_1():
     ("scene", "state"), [("A", [1.68339, 0.59798, 1.68339, 0.59798]), ("C", [-5.56905, -0.59972, 0.62677, 3.90177])]
 )
 def test_sections_of_figure_4(scene, state):
-    np.testing.assert_allclose(run_reference(scenes()[scene]).section[-1], state, atol=1e-5)
+    np.testing.assert_allclose(run_reference(scenes()[scene].setting).section[-1], state, atol=1e-5)
 
 
 def test_figure_4a_ten_impacts_and_nine_with_derived_damping():
-    assert motion(run_reference(scenes()["A"])).impacts_per_period == 10
+    assert motion(run_reference(scenes()["A"].setting)).impacts_per_period == 10
     found = motion(simulate(SYSTEM, 1.08, Reference("derived")))
     assert (found.period, found.impacts_per_period) == (1, 9)
 
@@ -44,7 +44,7 @@ def test_figure_4b_the_section_visits_two_bands_in_turn():
 
 
 def test_figure_9_three_contacts_the_last_long_and_one_of_56_percent():
-    captured, missed = (run_newmark(scenes()[key]) for key in ("9A", "9B"))
+    captured, missed = (run_newmark(scenes()[key].setting) for key in ("9A", "9B"))
     assert motion(captured).contacts_per_period == 3
     assert captured.section[-1, 2] == pytest.approx(1.6992, abs=1e-4)
     lengths = np.sort(np.diff(captured.contacts[1:4]).ravel())
@@ -64,14 +64,14 @@ def test_figure_9_names_the_motions_as_explore_does(key, words):
 
 
 def test_figure_12_contact_of_18_steps():
-    run = run_newmark(scenes()["14A"])
+    run = run_newmark(scenes()["14A"].setting)
     assert round(np.median(np.diff(run.contacts)) / run.period * 2000) == 18
 
 
 def test_figure_14_scatter_falls_with_the_step_but_never_vanishes():
     """The kept 50 periods are a sample of a disturbed motion, so longer stretches are compared: roughly 1/n."""
     steps = np.array([2000, 4000, 6000, 8000, 32000])
-    spread = np.array([scatter(scenes()["14A"], steps=int(n)) for n in steps])
+    spread = np.array([scatter(scenes()["14A"].setting, steps=int(n)) for n in steps])
     assert 0.1 < spread[0] < 0.4
     assert 0.003 < spread[-1] < 0.01
     assert -1.6 < np.polyfit(np.log(steps), np.log(spread), 1)[0] < -0.8

@@ -121,7 +121,7 @@ def test_a_finding_is_kept_for_other_sessions(checks, host):
 
 def test_a_hidden_tab_checks_nothing_and_goes_on_when_it_is_shown(checks, host, monkeypatch):
     checked, check = [], CLAIMS["4C"].check
-    noted = replace(CLAIMS["4C"], check=lambda scene: checked.append(scene.key) or check(scene))
+    noted = replace(CLAIMS["4C"], check=lambda scene: checked.append(scene.eta) or check(scene))
     monkeypatch.setitem(CLAIMS, "4C", noted)
     tab = host.tab
     tab.cards["4C"].receive(SEEN)
@@ -130,7 +130,7 @@ def test_a_hidden_tab_checks_nothing_and_goes_on_when_it_is_shown(checks, host, 
     assert checked == host.waiting == []
     tab.show(Move(1, None))
     checks.work()
-    assert checked == ["C"]
+    assert checked == [2.76]
     host.deliver()
     assert tab.cards["4C"].found["verdict"] == "agrees"
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.present import envelope, present
-from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.presets import scenes
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.studies.bifurcation import raster
@@ -20,7 +20,7 @@ def runs_at(**numbers):
 
 def scene_runs(key):
     scene = scenes()[key]
-    return runs_at(eta=scene.eta, K=scene.K, D=scene.D, steps=scene.steps)
+    return runs_at(eta=scene.setting.eta, K=scene.setting.K, D=scene.setting.D, steps=scene.setting.steps)
 
 
 @pytest.mark.parametrize("key", ["A", "B", "C", "D", "9B", "14A"])

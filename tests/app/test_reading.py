@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from vibroscope.app.explorer.errors import Refused, error_text
 from vibroscope.app.explorer.link import parse_address
-from vibroscope.app.explorer.parameters import FIELDS, SECOND_STOP_FIELDS, bounds_of
+from vibroscope.app.explorer.parameters import FIELDS, SECOND_STOP_FIELDS
 from vibroscope.app.explorer.reading import read_setting, read_values
 from vibroscope.app.explorer.state import Setting
 from vibroscope.engine.law_table import LAW_NUMBERS, laws_with
@@ -61,7 +61,7 @@ NUMBERS = [name for name, field in FIELDS.items() if not field.choices]
 
 @pytest.mark.parametrize("name", [name for name in NUMBERS if name not in ("kappa3", "clearance2")])  # κ, g₀ limit
 def test_the_page_takes_what_the_engine_and_the_command_line_take(name):
-    low, high = bounds_of(name)
+    low, high = FIELDS[name].bounds
     below, above = (low - 1, high + 1) if name == "steps" else (low - 1e-12 - 1e-9 * abs(low), 1.000001 * high or 1e-9)
     assert [engine_takes(name, value) for value in (below, low, high, above)] == [False, True, True, False]
 
@@ -97,7 +97,7 @@ def check(read):
     except Refused:
         return
     for name in ("eta", "K", "D", "steps"):
-        low, high = bounds_of(name)
+        low, high = FIELDS[name].bounds
         assert low <= getattr(setting, name) <= high
 
 

@@ -8,8 +8,10 @@ import sys
 
 import pytest
 from tornado.websocket import WebSocketClosedError
+from vibroscope.app.explorer.errors import Refused
+from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.runtime import limits, logs, metrics
-from vibroscope.app.runtime.limits import CostLimitError, TokenBucket, check_cost
+from vibroscope.app.runtime.limits import TokenBucket
 from vibroscope.app.runtime.settings import Settings, use_settings
 from vibroscope.app.server.housekeeping import limit_cache, trim_cache
 from vibroscope.engine import EtaStudy, Reference, System, sweep
@@ -19,9 +21,9 @@ from vibroscope.engine.sweeps import cache
 def test_cost_is_bounded_by_the_setting():
     use_settings(Settings(steps=5_000_000))
     try:
-        check_cost(2000, 2050)
-        with pytest.raises(CostLimitError, match="65,600,000 steps, and this server does 5,000,000"):
-            check_cost(32_000, 2050)
+        read_setting({"steps": "2000"})
+        with pytest.raises(Refused, match="65,600,000 steps, and this server does 5,000,000"):
+            read_setting({"steps": "32000"})
     finally:
         use_settings(Settings())
 

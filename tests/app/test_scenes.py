@@ -1,7 +1,7 @@
 import pytest
 from vibroscope.app.explorer.parameters import MAIN_FIELDS
+from vibroscope.app.explorer.presets import buttons, opening_setting, scene_key, scenes
 from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.scenes import buttons, opening_setting, scene_key, scenes
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.address import read_opening
 
@@ -10,10 +10,10 @@ from tests.app.explanations import explained, runs_of
 
 def test_scenes_carry_the_papers_numbers():
     found = scenes()
-    assert [found[key].eta for key in "ABCD"] == [1.08, 1.70, 2.76, 3.25]
+    assert [found[key].setting.eta for key in "ABCD"] == [1.08, 1.70, 2.76, 3.25]
     assert {n: found["9B"].texts()[n] for n in MAIN_FIELDS} == {"eta": "1.08", "K": "100", "D": "50", "steps": "2000"}
-    assert [found[f"14{key}"].steps for key in "ABCD"] == [2000, 4000, 6000, 8000]
-    assert {(found[f"14{key}"].K, found[f"14{key}"].D) for key in "ABCD"} == {(12000, 18)}
+    assert [found[f"14{key}"].setting.steps for key in "ABCD"] == [2000, 4000, 6000, 8000]
+    assert {(found[f"14{key}"].setting.K, found[f"14{key}"].setting.D) for key in "ABCD"} == {(12000, 18)}
     assert all("ur example" in found[f"10{key}"].tooltip for key in "ABC")
 
 

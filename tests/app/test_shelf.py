@@ -7,10 +7,9 @@ from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import describe, explain
 from vibroscope.app.explorer.link import parse_address, print_address
-from vibroscope.app.explorer.parameters import FIELDS, MAIN_FIELDS, bounds_of
+from vibroscope.app.explorer.parameters import FIELDS, MAIN_FIELDS
+from vibroscope.app.explorer.presets import scene_key, scenes, shelf, shelf_key
 from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.scenes import scene_key, scenes
-from vibroscope.app.explorer.shelf import shelf, shelf_key
 from vibroscope.app.explorer.state import Setting, slider_range, widened
 from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.export.formats import as_toml, loaded_from_toml
@@ -46,7 +45,7 @@ def test_the_sliders_follow_the_springs_and_frequencies(system):
     assert eta[0] == pytest.approx(lower / 4, rel=5e-3)
     assert eta[1] == pytest.approx(max(5 / 3 * upper, 6 * lower), rel=5e-3)
     for name in MAIN_FIELDS:
-        low, high = bounds_of(name)
+        low, high = FIELDS[name].bounds
         assert low <= slider_range(name, system)[0] < slider_range(name, system)[1] <= high
 
 
@@ -57,8 +56,8 @@ def test_every_system_of_the_shelf_is_valid_cited_and_recognised(key):
     assert shelf_key(setting) == key
     assert scene_key(setting) == ""
     assert shelf_key(setting._replace(clearance=setting.clearance + 1)) == ""
-    assert found.source
-    assert found.question.endswith("?")
+    assert found.origin
+    assert found.caption.endswith("?")
     assert setting.units == "si"
     low, high = widened(slider_range("K", setting.system), setting.K)
     assert low <= setting.K <= high

@@ -6,7 +6,7 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 from vibroscope.app.explorer import shipped
-from vibroscope.app.explorer.scenes import opening_setting
+from vibroscope.app.explorer.presets import opening_setting
 from vibroscope.engine import CompileProgress
 
 SETTING = opening_setting()

@@ -8,8 +8,7 @@ import pytest
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.study.speed import Speed, SpeedView, statements
 from vibroscope.app.page.study.time_step import TimeStep
-from vibroscope.app.performance.bench import true_state
-from vibroscope.app.performance.contenders import CHECKED
+from vibroscope.app.performance.bench import CHECKED, true_state
 from vibroscope.app.runtime.files import ASSETS
 from vibroscope.app.runtime.json_text import json_text
 from vibroscope.app.studies import speed

@@ -8,8 +8,8 @@ from vibroscope.app.explorer.link import parse_address, print_address
 from vibroscope.app.explorer.method_words import name_of_method, words_of_method
 from vibroscope.app.explorer.motion_kind import judge_motions
 from vibroscope.app.explorer.parameters import STEPPING_FIELDS
+from vibroscope.app.explorer.presets import scene_key, scenes
 from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.scenes import scene_key, scenes
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.export.scripts import as_command, as_python

@@ -7,8 +7,8 @@ from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import explain
 from vibroscope.app.explorer.link import parse_address, print_address
 from vibroscope.app.explorer.physical_fields import entered
+from vibroscope.app.explorer.presets import scenes
 from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.scenes import scenes
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.export.formats import as_toml, loaded_from_toml
@@ -17,7 +17,7 @@ from vibroscope.app.export.scripts import as_command, as_python, speed_python
 from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.page.study.speed import Speed
 from vibroscope.app.page.study.time_step import TimeStep, TimeStepView
-from vibroscope.app.performance.contenders import CHECKED
+from vibroscope.app.performance.bench import CHECKED
 from vibroscope.app.studies import speed, time_step
 from vibroscope.app.studies.speed import SolverKey, grow_speed
 from vibroscope.app.studies.time_step import grow_step
@@ -49,7 +49,7 @@ def test_a_stiffness_that_is_given_stays_and_scenes_have_their_own():
     assert (typed.K, typed.follows_step) == (900.0, False)
     assert read_setting({"K": "900", "stiffness": "step"}, COARSE) == FOLLOWS
     scene = next(iter(scenes().values()))
-    assert read_setting(scene.texts(), FOLLOWS).K == scene.K
+    assert read_setting(scene.texts(), FOLLOWS).K == scene.setting.K
     with pytest.raises(Refused, match="cannot be held"):
         make_question(FOLLOWS, {"tolerance": "5", "hold": "K"})
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray
+from vibroscope.app.explorer.state import SOLVERS
 from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.paper import CLAIMS
 from vibroscope.app.studies import basin, bifurcation, plane
@@ -47,7 +48,7 @@ def test_the_script_of_basins_finds_their_motions(filled, monkeypatch, capsys): 
     space = {}
     exec(tab.python(SETTING), space)
     question = tab.question(SETTING)
-    for side in basin.SIDES:
+    for side in SOLVERS:
         found = space[side]
         np.testing.assert_array_equal(found["xi2"], question.axis("x"))
         values = question.study(side).compute()

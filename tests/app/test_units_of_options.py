@@ -27,7 +27,7 @@ def own(tmp_path):
 
 def resolved(*words, system=SYSTEM):
     options = build_parser([words[0]]).parse_args(words)
-    options.system = system
+    options.file = system
     resolve_units(options)
     return options
 

@@ -4,9 +4,8 @@ import random
 
 import pytest
 from vibroscope.app.codes.catalogue import codes
+from vibroscope.app.explorer.presets import opening_setting, shelf
 from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.scenes import opening_setting
-from vibroscope.app.explorer.shelf import shelf
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.study.tab import StudyView

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from vibroscope.app.explorer.shelf import shelf
+from vibroscope.app.explorer.presets import shelf
 from vibroscope.engine import (
     BranchQuestion,
     Cells,

@@ -5,8 +5,7 @@ import asyncio
 from vibroscope.app.explorer.link import VIEW_FIELDS
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.physical_fields import PHYSICAL_FIELDS
-from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.explorer.shelf import shelf
+from vibroscope.app.explorer.presets import scenes, shelf
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.address import THEMES
 from vibroscope.app.page.tabs import VIEWS

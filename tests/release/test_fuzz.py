@@ -9,8 +9,8 @@ from urllib.parse import quote
 
 import numpy as np
 from tornado.websocket import WebSocketClosedError
+from vibroscope.app.explorer.presets import opening_setting
 from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.scenes import opening_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import as_toml, loaded_from_toml
 from vibroscope.app.page.address import Address

@@ -8,9 +8,8 @@ from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.link import print_address
 from vibroscope.app.explorer.parameters import DRAWING_FIELDS, START_FIELDS, SYSTEM_FIELDS
 from vibroscope.app.explorer.physical_fields import PHYSICAL_FIELDS, entered
+from vibroscope.app.explorer.presets import scenes, shelf
 from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.explorer.shelf import shelf
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.export.formats import as_toml, loaded_from_toml

@@ -13,8 +13,7 @@ from urllib.parse import unquote
 import pytest
 from vibroscope import engine
 from vibroscope.app.explorer.glossary import glossary
-from vibroscope.app.explorer.scenes import scenes
-from vibroscope.app.explorer.shelf import shelf
+from vibroscope.app.explorer.presets import scenes, shelf
 from vibroscope.engine.sweeps import variables
 
 from tests.served import ROOT

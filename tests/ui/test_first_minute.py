@@ -2,7 +2,7 @@
 
 import pytest
 from vibroscope.app import QUESTION
-from vibroscope.app.explorer.scenes import OPENING, scenes
+from vibroscope.app.explorer.presets import OPENING, scenes
 
 from tests.ui.axe import AXE, serious
 from tests.waiting import wait_until

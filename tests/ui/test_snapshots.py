@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.presets import scenes
 from vibroscope.engine import Cells, Newmark, System, run_cells, simulate
 
 from tests.share import every
@@ -45,7 +45,7 @@ def of_scenes():
     """Each scene, except those that set the same numbers as an earlier one."""
     views, seen = {}, set()
     for key, scene in scenes().items():
-        query = f"?eta={scene.eta:g}&K={scene.K:g}&D={scene.D:g}&steps={scene.steps}"
+        query = f"?eta={scene.setting.eta:g}&K={scene.setting.K:g}&D={scene.setting.D:g}&steps={scene.setting.steps}"
         if query not in seen:
             irregular = "." if key == "B" else "penalty" if key in SCATTERED else ""
             views[f"scene-{key.lower()}"] = View(query + MORE.get(key, ""), irregular)

@@ -11,7 +11,7 @@ from bokeh.models import ColumnDataSource, HoverTool, Line, Quad, Range1d, Scatt
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.method_words import CUT, name_of_method
-from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.presets import scenes
 from vibroscope.app.explorer.state import Setting, slider_range
 from vibroscope.app.page.bifurcation.panel import SWEPT, motion_at, nearest_cell, shares
 from vibroscope.app.page.shared.curves import AWAITED, Axis, Curves, Plot, curve
@@ -125,7 +125,7 @@ class BifurcationView(Curves):
         rows = [(head, f"@{name}") for head, name in zip(heads, _POINT, strict=True)]
         plot.add_tools(HoverTool(renderers=of_points, tooltips=rows))
         self._scenes = [  # the paper's η, which mean nothing for another system
-            scene_line(scene.eta) for scene in scenes().values() if scene.group == "motion"
+            scene_line(scene.setting.eta) for scene in scenes().values() if scene.group == "motion"
         ]
         for line in self._scenes:
             plot.add_layout(line)

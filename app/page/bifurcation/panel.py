@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.explorer.link import LINEAR
-from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, bounds_of
+from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import branch_command, initial_option, method_options, sweep_command, sweep_python
 from vibroscope.app.page.tab import number
@@ -155,7 +155,7 @@ def linked_motion(choice: Mapping[str, float]) -> Followed | None:
 
 def link_numbers() -> list[dict]:
     """Names and bounds of the numbers in a link."""
-    bounds = [bounds_of("eta"), *[LINEAR] * len(START_FIELDS)]
+    bounds = [FIELDS["eta"].bounds, *[LINEAR] * len(START_FIELDS)]
     return [number(name, "", ends) for name, ends in zip(_NAMES, bounds, strict=True)]
 
 
@@ -238,7 +238,10 @@ def panel_spec() -> dict:
             number("to", "To", LINEAR, linked=False),
             number("count", "Values", (2, MOST_VALUES), whole=True),
             number("transient", "Transient (periods)", (0, MOST_TRANSIENT), whole=True),
-            *(number(name, FIELDS[name].label, bounds_of(name), when={"direction": "own"}) for name in START_FIELDS),
+            *(
+                number(name, FIELDS[name].label, FIELDS[name].bounds, when={"direction": "own"})
+                for name in START_FIELDS
+            ),
         ],
         "hint": "Drag the line, click, or use the slider to set the swept number. A zoom is computed anew at its "
         "own range. Hollow points are a periodic motion that the time step blurs. In grey, once computed: the other "

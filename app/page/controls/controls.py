@@ -16,7 +16,6 @@ from vibroscope.app.explorer.parameters import (
     MAIN_FIELDS,
     SECOND_STOP_FIELDS,
     START_FIELDS,
-    bounds_of,
     range_text,
 )
 from vibroscope.app.explorer.physical_fields import (
@@ -28,8 +27,7 @@ from vibroscope.app.explorer.physical_fields import (
     physical_field,
     physical_numbers,
 )
-from vibroscope.app.explorer.scenes import OPENING, Scene, buttons, scene_key
-from vibroscope.app.explorer.shelf import shelf, shelf_key
+from vibroscope.app.explorer.presets import OPENING, buttons, scene_key, shelf, shelf_key
 from vibroscope.app.explorer.state import LAWS_OF_RATIO, Setting, integrator_numbers, law_numbers, slider_range
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.runtime.number_text import print_number
@@ -125,7 +123,7 @@ def plain_description(name: str, setting: Setting) -> dict:
     field = shown_field(name, setting)
     return _description(
         field,
-        range_text(bounds_of(name), field.factor),
+        range_text(FIELDS[name].bounds, field.factor),
         why_locked(name, setting),
     )
 
@@ -345,7 +343,7 @@ def _spec() -> dict:
         "starts": [_number(name) for name in START_FIELDS],
         "solverSwitches": [*map(_switch, _SOLVER_SWITCHES)],
         "viewSwitches": [*map(_switch, _VIEW_SWITCHES)],
-        "scenes": [_button(scene) for scene in buttons()],
+        "scenes": [each.button() for each in buttons()],
         "shelf": [each.button() for each in shelf().values()],
         "dampedByRestitution": [*LAWS_OF_RATIO, *LAWS_BY_RESTITUTION],
         "opening": OPENING,
@@ -364,14 +362,3 @@ def _number(name: str) -> dict:
 def _switch(name: str) -> dict:
     field = FIELDS[name]
     return {"name": name, "label": field.label, "doc": field.hint, "choices": dict(field.choices)}
-
-
-def _button(scene: Scene) -> dict:
-    figure = f"motion {scene.label}, η = {scene.eta:.2f}" if scene.group == "motion" else f"{scene.group} {scene.label}"
-    return {
-        "key": scene.key,
-        "title": scene.title,
-        "figure": figure,
-        "tooltip": f"{scene.caption} {scene.tooltip}",
-        "first": scene.first,
-    }

@@ -17,7 +17,7 @@ from bokeh.events import RangesUpdate, Tap
 from bokeh.models import ColumnDataSource, Label, Scatter, Span
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.present import unit_factor
-from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.presets import scenes
 from vibroscope.app.explorer.shipped import is_shipped, load_diagram
 from vibroscope.app.explorer.state import Setting, slider_range
 from vibroscope.app.page.asker import Asker
@@ -170,8 +170,8 @@ class EtaMapView:
         self._scenes: list[Span | Label] = []
         for scene in scenes().values():
             if scene.group == "motion":
-                label = label_on(x=scene.eta, y=4, text=scene.label, text_align="center")
-                self._scenes += [scene_line(scene.eta), label]
+                label = label_on(x=scene.setting.eta, y=4, text=scene.label, text_align="center")
+                self._scenes += [scene_line(scene.setting.eta), label]
         for mark in self._scenes:
             plot.add_layout(mark)
         self.cursor = cursor_line(location=1.08)

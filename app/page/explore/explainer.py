@@ -79,12 +79,8 @@ def _key(setting: Setting) -> object:
 
 
 def _explain(setting: Setting, cancelled: Callable[[], bool], report: Callable[[AloneFacts], None]) -> Explanation:
-    explanation = known_explanation(setting)
-    if explanation is None:
-        runs = compute_runs(setting, cancelled)
-        explanation = explain(runs, cancelled, partial(keep_kind, setting), _now_and_then(report))
-        EXPLANATIONS.put(_key(setting), explanation)
-    return explanation
+    how = cancelled, partial(keep_kind, setting), _now_and_then(report)
+    return EXPLANATIONS.get_or(_key(setting), lambda: explain(compute_runs(setting, cancelled), *how))
 
 
 def _now_and_then(act: Callable[[AloneFacts], None]) -> Callable[[AloneFacts], None]:

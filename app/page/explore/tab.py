@@ -14,7 +14,7 @@ from vibroscope.app.explorer.measured import Placed
 from vibroscope.app.explorer.method_words import name_of_integrator
 from vibroscope.app.explorer.motion_kind import Kinds
 from vibroscope.app.explorer.present import WINDOW
-from vibroscope.app.explorer.scenes import scene_key
+from vibroscope.app.explorer.presets import scene_key
 from vibroscope.app.explorer.shipped import shipped_result
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.drawing import Drawing

@@ -6,10 +6,10 @@ from functools import singledispatch
 import numpy as np
 from bokeh.models import BasicTickFormatter, LinearColorMapper, Range1d
 from bokeh.plotting import figure
-from vibroscope.app.explorer.scenes import scenes
+from vibroscope.app.explorer.presets import scenes
 from vibroscope.app.page.shared.figure import BLUE, CLICK, INK, SHADES, SOLUTIONS, VERMILLION, make_figure, scene_line
 from vibroscope.app.page.shared.ranges import OwnedRange, extent
-from vibroscope.app.paper import CellMap, PhasePlots, Picture, TimeHistory
+from vibroscope.app.paper.pictures import CellMap, PhasePlots, Picture, TimeHistory
 from vibroscope.app.studies.bifurcation import raster
 from vibroscope.engine import Diagram, Response, motion
 
@@ -136,7 +136,7 @@ def _(picture: Diagram, name: str) -> figure:
     shades = raster(picture.eta, values, x, y, *_PIXELS)
     _add_image(plot, shades, x, y, LinearColorMapper(palette=SHADES, low=0, high=255))
     for key in "ABCD":
-        plot.add_layout(scene_line(scenes()[key].eta))
+        plot.add_layout(scene_line(scenes()[key].setting.eta))
     return plot
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from bokeh.plotting import figure
 from vibroscope.app.explorer.closed_orbit import ClosedOrbit
 from vibroscope.app.explorer.field_units import shown_text
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.state import SOLVERS, Setting
 from vibroscope.app.page.shared.ranges import extent
 from vibroscope.engine import Point
 from vibroscope.engine.facts import Amount, Statement, stated
@@ -72,7 +72,6 @@ def stability_words(largest: complex, period: int) -> str:
 
 
 _DIGITS = 3  # as many as can be read in a figure
-_SOLVERS = ("reference", "penalty")
 
 
 def say(plot: figure, name: str, seen: str | Statement = "", setting: Setting | None = None) -> None:
@@ -94,7 +93,7 @@ def between(low: float, high: float, quantity: str, setting: Setting) -> Stateme
 
 def of_both(words: str, values: Sequence[float | None], quantity: str, setting: Setting) -> str | Statement:
     """``words`` and a number of the reference and of the penalty solution, as far as there are any."""
-    known = {solver: value for solver, value in zip(_SOLVERS, values, strict=True) if value is not None}
+    known = {solver: value for solver, value in zip(SOLVERS, values, strict=True) if value is not None}
     if len(known) == 1:
         ((solver, value),) = known.items()
         return stated("{} {} ({})", words, amount(value, quantity, setting), solver)

@@ -8,7 +8,7 @@ import panel as pn
 from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import LINEAR
 from vibroscope.app.explorer.parameters import START_FIELDS
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.state import SOLVERS, Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import method_options, sweep_command, sweep_python
 from vibroscope.app.page.shared.curves import AWAITED, Axis, CellsView, Plot, cells, mark, rounded_view, write_cells
@@ -24,7 +24,6 @@ from vibroscope.app.studies.basin import (
     PALETTE,
     PLANES,
     SAMPLE,
-    SIDES,
     TRANSIENT,
     BasinQuestion,
     PartialBasin,
@@ -60,7 +59,7 @@ class BasinView(CellsView):
     """Two figures with the same axes and colours."""
 
     axes = dict.fromkeys(("start_x", "start_y"), Axis(*default_span(System(), 1.0), quantity="displacement"))
-    plots = {f"basin_{side}": _basin(side) for side in SIDES}  # noqa: RUF012 - read only
+    plots = {f"basin_{side}": _basin(side) for side in SOLVERS}  # noqa: RUF012 - read only
 
     def hold(self, setting: Setting, axes: tuple[str, str]) -> None:
         """Set the axes to the range of starts that suits the system, and that of a phase to one period."""
@@ -92,7 +91,7 @@ class BasinView(CellsView):
         if result is None:
             return
         at = shown_field("eta", setting).words(result.question.eta)
-        for side in SIDES:
+        for side in SOLVERS:
             title = f"{NAMES[side]}{_method_words(side, result.question)}, {at}"
             say(self.figures[f"basin_{side}"], title, _seen(result, side))
             motion = result.shown(side)
@@ -243,12 +242,12 @@ class Basins(StudyView):
         values = (f"np.linspace({a!r}, {b!r}, {question.count})" for a, b in map(question.ends, "xy"))
         axes = ", ".join(f'"{name}": {each}' for name, each in zip(question.axes, values, strict=True))
         how = f"start={question.start}, transient={TRANSIENT}, sample={SAMPLE}"
-        problems = {side: f"system, {question.method(side)!r}, {question.eta!r}" for side in SIDES}
+        problems = {side: f"system, {question.method(side)!r}, {question.eta!r}" for side in SOLVERS}
         calls = {
             side: f"sweep(BasinStudy.over(\n    {problem},\n    {{{axes}}},\n    {how},\n))"
             for side, problem in problems.items()
         }
-        calls["difference"] = f"basin_difference({', '.join(SIDES)})"
+        calls["difference"] = f"basin_difference({', '.join(SOLVERS)})"
         return sweep_python(calls, question.system)
 
     def command(self, setting: Setting) -> str:
@@ -260,7 +259,7 @@ class Basins(StudyView):
         given += f" --start={','.join(map(print_number, question.start))}"
         given += f" --transient {TRANSIENT} --sample {SAMPLE}"
         both = sweep_command(
-            "basin", question.system, *(given + method_options(question.method(side)) for side in SIDES)
+            "basin", question.system, *(given + method_options(question.method(side)) for side in SOLVERS)
         )
         return f"{both}vibroscope sweep basin-difference basin1.zarr basin2.zarr\n"
 
@@ -288,7 +287,7 @@ def _limit(setting: Setting) -> Method | None:
 def _key(result: PartialBasin) -> list[list[str]]:
     """Colour, name and pattern of each motion."""
     rows = [[COLOURS[k] if k < len(COLOURS) else FURTHER, each.name, ""] for k, each in enumerate(result.motions)]
-    shown = [result.image(side) for side in SIDES]
+    shown = [result.image(side) for side in SOLVERS]
     inside = "body would be in the wall" if result.question.system.wall else "bodies would overlap"
     rows += [[SPECIAL[NO_NUMBER], inside, "missing"]] if any((s == NO_NUMBER).any() for s in shown) else []
     return rows + ([[SPECIAL[DIVERGED], "ended early", "paper"]] if any((s == DIVERGED).any() for s in shown) else [])
@@ -304,18 +303,18 @@ def statements(setting: Setting, result: PartialBasin) -> list[list[str]]:
             "than the reference."
         )
         lines.append([f"Different motions{so_far}", text])
-    return [*lines, *_here(setting, result), *([f"{NAMES[side]}{so_far}", _basins(result, side)] for side in SIDES)]
+    return [*lines, *_here(setting, result), *([f"{NAMES[side]}{so_far}", _basins(result, side)] for side in SOLVERS)]
 
 
 def _here(setting: Setting, result: PartialBasin) -> list[list[str]]:
     """The motions to which the cell of the present start leads, once both solvers have computed it."""
     question = result.question
     place = result.cell(*start_on(setting, question.axes))
-    if place is None or not all(result.known[side][place] for side in SIDES):
+    if place is None or not all(result.known[side][place] for side in SOLVERS):
         return []
     centre = zip(question.axes, (question.axis("x")[place[1]], question.axis("y")[place[0]]), strict=True)
     at = ", ".join(_number_words(setting, axis, float(f"{value:.3g}")) for axis, value in centre)
-    found = {side: int(result.cells[side][place]) for side in SIDES}
+    found = {side: int(result.cells[side][place]) for side in SOLVERS}
     words = {side: result.motions[k].name if k >= 0 else "no motion" for side, k in found.items()}
     text = f"The reference leads to {words['reference']}, the penalty model to {words['penalty']}."
     if found["reference"] == found["penalty"] >= 0:

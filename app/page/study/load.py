@@ -11,7 +11,7 @@ from bokeh.models import Line
 from vibroscope.app.explorer.field_units import ShownField, beside_field, unit_of
 from vibroscope.app.explorer.load_words import words_of_difference, words_of_load, words_of_run
 from vibroscope.app.explorer.measured import LARGEST_FILE
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.state import SOLVERS, Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import load_command, load_python
 from vibroscope.app.page.shared.component import Upload, too_large
@@ -23,7 +23,6 @@ from vibroscope.app.page.study.peaks import peak_table
 from vibroscope.app.page.study.tab import StudyView, refusal
 from vibroscope.app.page.tab import number
 from vibroscope.app.studies.load import COLUMNS, RATIOS, LoadQuestion, PartialRuns, Pulse, RecordFile, grow_load
-from vibroscope.app.studies.peaks import SOLVERS
 from vibroscope.engine.facts import Statement, sentence, stated
 from vibroscope.engine.load import ON, quantity_of
 

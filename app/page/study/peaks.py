@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from bokeh.models import Line
 from vibroscope.app.explorer.field_units import unit_of
-from vibroscope.app.explorer.state import Setting
+from vibroscope.app.explorer.state import SOLVERS, Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import peaks_command, peaks_python
 from vibroscope.app.page.shared.curves import Axis, Curves, Plot, curve
@@ -13,7 +13,7 @@ from vibroscope.app.page.shared.figure import SOLUTIONS, divisor
 from vibroscope.app.page.study.listed import row
 from vibroscope.app.page.study.tab import StudyView, free_obstacle
 from vibroscope.app.studies.load import PartialRuns
-from vibroscope.app.studies.peaks import MOTIONS, SOLVERS, PartialPeaks, PeaksQuestion, grow_peaks, kept_text, off_text
+from vibroscope.app.studies.peaks import MOTIONS, PartialPeaks, PeaksQuestion, grow_peaks, kept_text, off_text
 from vibroscope.engine import PEAKS, written
 from vibroscope.engine.facts import Amount, Statement, joined, sentence, stated
 

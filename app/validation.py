@@ -1,19 +1,157 @@
-"""Solve the published cases and compare.
+"""Other people's numbers: published cases of ``assets/validation/cases.toml``, solved here and compared.
 
-Measures of a run: peaks, instants, impulses, multipliers. Each takes a `SolvedCase` and returns a number.
-
-Numbers are those of the model; `outcome` converts them. Contacts and impacts are counted from 1.
+The header of the file explains its keys. Measures of a run are peaks, instants, impulses, multipliers: each takes a
+`SolvedCase` and returns a number. Numbers are those of the model; `validate` converts them. Contacts and impacts are
+counted from 1.
 """
 
 import math
 import time
+import tomllib
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, fields, replace
+from functools import cache, cached_property
 
 import numpy as np
-from vibroscope.app.validation.cases import PublishedCase, PublishedFigure, cases
-from vibroscope.engine import Record, Response, Trajectory, simulate, steady
+from vibroscope.app.runtime.files import asset
+from vibroscope.engine import (
+    CONTACT_LAWS,
+    ExactPenalty,
+    Method,
+    Newmark,
+    Record,
+    Reference,
+    Response,
+    System,
+    Trajectory,
+    Units,
+    simulate,
+    steady,
+    system_of_physical,
+    system_of_tables,
+)
+
+FILE = "validation/cases.toml"
+
+
+@dataclass(frozen=True)
+class PublishedFigure:
+    """One published figure.
+
+    Attributes
+    ----------
+    what : str
+        What is compared.
+    unit : str
+        "N", "s", …; empty for a number without dimension.
+    published : float or None
+        The figure as published; None where the source has none.
+    recomputed : float
+        The same as tests/data/recompute_published.py finds it.
+    within : float
+        Largest allowed |ours − recomputed|, relative to ``recomputed``.
+    measure : str
+        Key of `MEASURES`.
+    arguments : dict
+        Its further arguments.
+    note : str
+        Why the published figure differs from the recomputed one, where it does.
+    """
+
+    what: str
+    recomputed: float
+    within: float
+    measure: str
+    arguments: dict
+    unit: str = ""
+    published: float | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class PublishedCase:
+    """One published problem and its figures.
+
+    Attributes
+    ----------
+    key, title, source : str
+    formula : bool
+        Whether what the source prints is a formula, of which the published figures are the values.
+    system : System
+    units : Units or None
+        None for a problem without dimensions.
+    eta : float
+    method : Method
+    periods : int
+    initial : tuple of 4 float
+        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0.
+    quantities : tuple of PublishedFigure
+    """
+
+    key: str
+    title: str
+    source: str
+    formula: bool
+    system: System
+    units: Units | None
+    eta: float
+    method: Method
+    periods: int
+    initial: tuple[float, float, float, float]
+    quantities: tuple[PublishedFigure, ...]
+
+
+@cache
+def cases() -> tuple[PublishedCase, ...]:
+    """All cases, in the order of the file."""
+    return tuple(map(_case, tomllib.loads(asset(FILE))["case"]))
+
+
+def _case(table: dict) -> PublishedCase:
+    run = table["run"]
+    if "physical" in table:
+        system, units, eta, _ = system_of_physical(table["physical"])
+    else:
+        content = system_of_tables({name: table[name] for name in ("system", "excitation") if name in table})
+        system, units, eta = content.system, None, run["eta"]
+    return PublishedCase(
+        **{name: table[name] for name in ("key", "title", "source")},
+        formula=table.get("formula", False),
+        system=system,
+        units=units,
+        eta=eta,
+        method=_method(run, units),
+        periods=run["periods"],
+        initial=_initial(run, units),
+        quantities=tuple(map(_quantity, table["quantity"])),
+    )
+
+
+def _method(run: dict, units: Units | None) -> Method:
+    """The method of a run; contact spring and damper as K and D, or in physical units."""
+    if run["method"] == Reference.name:
+        return Reference("derived", run.get("threshold", 0.0))
+    stiffness, damping = run.get("K"), run.get("D", 0.0)
+    if units is not None and stiffness is None:
+        stiffness = units.model("contact_stiffness", run["contact_stiffness_N_per_m"])
+        damping = units.model("contact_damping", run.get("contact_damping_Ns_per_m", 0.0))
+    if run["method"] == ExactPenalty.name:
+        return ExactPenalty(stiffness, damping, run.get("law", CONTACT_LAWS[0]))
+    return Newmark(stiffness, damping, run["steps"])
+
+
+def _initial(run: dict, units: Units | None) -> tuple[float, float, float, float]:
+    """The state at the beginning: ``start``, or ``start_SI`` in m and m/s."""
+    if "start_SI" not in run or units is None:
+        return tuple(run.get("start", (0.0, 0.0, 0.0, 0.0)))
+    return tuple(map(units.model, ("displacement", "velocity") * 2, run["start_SI"]))
+
+
+def _quantity(table: dict) -> PublishedFigure:
+    own = {each.name for each in fields(PublishedFigure)}
+    arguments = {name: value for name, value in table.items() if name not in own}
+    return PublishedFigure(**{name: table[name] for name in own & table.keys()}, arguments=arguments)
+
 
 SAMPLES = 400_000  # of a run in closed form: so dense that interpolation between them errs by rounding
 BISECTIONS = 60
@@ -46,53 +184,11 @@ class SolvedCase:
         return found
 
 
-def impact_time(run: SolvedCase, number: int) -> float:
-    """Instant of an impact; for penalty contact, at which the contact begins."""
-    return float(run.response.impacts.time[number - 1])
-
-
-def impact_speed(run: SolvedCase, number: int) -> float:
-    """Closing speed of an impact; number 0 is the last one."""
-    return float(run.response.impacts.closing_speed[number - 1])
-
-
 def rebound(run: SolvedCase, number: int) -> float:
     """Speed at which the bodies part after an impact, over the closing speed."""
     impacts = run.response.impacts
     after = impacts.velocity_after[number - 1]
-    return float((after[1] - after[0]) / impacts.closing_speed[number - 1])
-
-
-def impulse(run: SolvedCase, number: int) -> float:
-    """Time integral of the contact force over a contact."""
-    return float(run.response.impacts.impulse[number - 1])
-
-
-def contact_duration(run: SolvedCase, number: int) -> float:
-    """Duration of a contact."""
-    begin, end = run.response.contacts[number - 1]
-    return float(end - begin)
-
-
-def contact_begin(run: SolvedCase, number: int) -> float:
-    """Instant at which a contact begins; for the reference, a permanent one."""
-    return float(run.response.contacts[number - 1][0])
-
-
-def contact_end(run: SolvedCase, number: int) -> float:
-    """Instant at which a contact ends."""
-    return float(run.response.contacts[number - 1][1])
-
-
-def impacts(run: SolvedCase) -> float:
-    """Number of impacts of the whole run."""
-    return float(len(run.response.impacts))
-
-
-def frequency(run: SolvedCase) -> float:
-    """Angular frequency of a motion that hits once in each of its cycles: 2π over the time from impact to impact."""
-    first, second = run.response.impacts.time[:2]
-    return float(2 * math.pi / (second - first))
+    return (after[1] - after[0]) / impacts.closing_speed[number - 1]
 
 
 def displacement(run: SolvedCase, time: float) -> float:
@@ -102,20 +198,11 @@ def displacement(run: SolvedCase, time: float) -> float:
     h = samples.time[i + 1] - samples.time[i]
     s = (time - samples.time[i]) / h
     (x, y), (v, w) = samples.displacement[0, i : i + 2], h * samples.velocity[0, i : i + 2]
-    return float(x + s * (v + s * (3 * (y - x) - 2 * v - w + s * (2 * (x - y) + v + w))))
+    return x + s * (v + s * (3 * (y - x) - 2 * v - w + s * (2 * (x - y) + v + w)))
 
 
-def peak_force(run: SolvedCase, number: int = 0) -> float:
-    """Greatest contact force: of one contact, or of all of them (number 0), by the parabola through three samples."""
-    return _peak(run, number)[1]
-
-
-def peak_time(run: SolvedCase, number: int = 0) -> float:
-    """Instant of the greatest contact force."""
-    return _peak(run, number)[0]
-
-
-def _peak(run: SolvedCase, number: int) -> tuple[float, float]:
+def peak(run: SolvedCase, number: int = 0) -> tuple[float, float]:
+    """Instant and size of the greatest contact force, of one contact or of all (number 0), by a parabola."""
     samples, force = run.samples, run.samples.force
     if number:
         begin, end = run.response.contacts[number - 1]
@@ -125,12 +212,7 @@ def _peak(run: SolvedCase, number: int) -> tuple[float, float]:
     bend = left - 2 * top + right
     shift = (left - right) / (2 * bend)
     h = samples.time[i + 1] - samples.time[i]
-    return float(samples.time[i] + shift * h), float(top - (left - right) * shift / 4)
-
-
-def greatest_sample(run: SolvedCase, every: int = 1) -> float:
-    """Greatest contact force among the states after every step, or every second one, …, as a code keeps them."""
-    return float(run.samples.force[::every].max())
+    return samples.time[i] + shift * h, top - (left - right) * shift / 4
 
 
 def time_of_force(run: SolvedCase, force: float) -> float:
@@ -138,7 +220,7 @@ def time_of_force(run: SolvedCase, force: float) -> float:
     samples = run.samples
     i = int(np.argmax(samples.force >= force))
     (low, high), (begin, end) = samples.force[i - 1 : i + 1], samples.time[i - 1 : i + 1]
-    return float(begin + (force - low) / (high - low) * (end - begin))
+    return begin + (force - low) / (high - low) * (end - begin)
 
 
 def multiplier_product(run: SolvedCase) -> float:
@@ -147,7 +229,7 @@ def multiplier_product(run: SolvedCase) -> float:
     found = steady(case.system, case.eta, case.method, initial=case.initial)
     if not found.periodic:
         raise ValueError(f"{case.key}: {found.message}")
-    return float(np.prod(found.multipliers[:2]).real)
+    return np.prod(found.multipliers[:2]).real
 
 
 def grazing_force(run: SolvedCase) -> float:
@@ -177,25 +259,26 @@ def _impacts(case: PublishedCase, force: float) -> int:
 
 
 MEASURES = {
-    each.__name__: each
-    for each in (
-        impact_time,
-        impact_speed,
-        rebound,
-        impulse,
-        contact_duration,
-        contact_begin,
-        contact_end,
-        impacts,
-        frequency,
-        displacement,
-        peak_force,
-        peak_time,
-        greatest_sample,
-        time_of_force,
-        multiplier_product,
-        grazing_force,
-    )
+    # of an impact, 0 is the last one; for penalty contact, when the contact begins
+    "impact_time": lambda run, number: run.response.impacts.time[number - 1],
+    "impact_speed": lambda run, number: run.response.impacts.closing_speed[number - 1],
+    "impulse": lambda run, number: run.response.impacts.impulse[number - 1],
+    "rebound": rebound,
+    "impacts": lambda run: len(run.response.impacts),  # of the whole run
+    # of a contact; for the reference, of a permanent one
+    "contact_begin": lambda run, number: run.response.contacts[number - 1][0],
+    "contact_end": lambda run, number: run.response.contacts[number - 1][1],
+    "contact_duration": lambda run, number: np.diff(run.response.contacts[number - 1])[0],
+    # the angular frequency of a motion that hits once in each of its cycles
+    "frequency": lambda run: 2 * math.pi / np.diff(run.response.impacts.time[:2])[0],
+    "displacement": displacement,
+    "peak_time": lambda run, number=0: peak(run, number)[0],
+    "peak_force": lambda run, number=0: peak(run, number)[1],
+    # among the states after every step, or every second one, …, as a code keeps them
+    "greatest_sample": lambda run, every=1: run.samples.force[::every].max(),
+    "time_of_force": time_of_force,
+    "multiplier_product": multiplier_product,
+    "grazing_force": grazing_force,
 }
 
 
@@ -208,7 +291,7 @@ _KINDS = {
     "N·s": "impulse",
     "Hz": "frequency",
 }
-_ARGUMENT_KINDS = {"time": "time", "force": "force"}  # arguments of measures that have a dimension
+_MEASURED = ("time", "force")  # arguments of measures that have a dimension, which they are named by
 
 
 @dataclass(frozen=True)
@@ -260,10 +343,8 @@ def _measured(run: SolvedCase, quantity: PublishedFigure) -> float:
     """Our figure in the unit of the quantity."""
     units, arguments = run.case.units, dict(quantity.arguments)
     if units is not None:
-        for name, kind in _ARGUMENT_KINDS.items():
-            if name in arguments:
-                arguments[name] = units.model(kind, arguments[name])
-    ours = MEASURES[quantity.measure](run, **arguments)
+        arguments |= {name: units.model(name, arguments[name]) for name in _MEASURED if name in arguments}
+    ours = float(MEASURES[quantity.measure](run, **arguments))
     return ours if units is None or not quantity.unit else units.physical(_KINDS[quantity.unit], ours)
 
 
