@@ -269,6 +269,22 @@ def test_the_command_prints_both_and_the_middle(capsys):
     assert found["written"][0]["units"] == {"k": "N/mm", "c": "N·s/mm", "d": "mm"}
 
 
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("ansys", "the words of Ansys Mechanical APDL for a contact are not known; give one of physical"),
+        ("ode", "did you mean gazebo? give one of physical"),
+        ("Mujuco", "did you mean mujoco?"),
+        ("lsdyna", "did you mean ls-dyna-explicit?"),
+        ("xyz", "there is no such code; give one of physical"),
+    ],
+)
+def test_a_code_whose_words_are_not_known_is_refused_with_the_name_that_is_near(capsys, key, said):
+    status, printed = run(capsys, "--from", key, "--to", "adams")
+    assert status == 2
+    assert said in printed.err
+
+
 def test_codes_alone_shows_them(capsys):
     for words in (["codes", "calculix"], ["codes", "show", "calculix"]):
         assert main(words) == 0
