@@ -37,7 +37,7 @@ from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies.branches import why_none
 from vibroscope.app.studies.plane import COUNT, SAMPLE, SIDES, TRANSIENT, PartialPlane, PlaneQuestion, grow_plane
 from vibroscope.app.studies.plane_curves import KINDS, CurvesQuestion
-from vibroscope.engine import System, counted, equal_restitution_damping, percent
+from vibroscope.engine import System, counted, equal_restitution_damping, percent, written
 from vibroscope.engine.facts import Statement, equation, joined, stated
 from vibroscope.engine.sweeps import CellKind, kind_words
 
@@ -357,7 +357,7 @@ def _cell(result: PartialPlane, side: str, place: tuple[int, int]) -> str:
     if not math.isfinite(period):
         return "not computed yet."
     text = _repetition(result, side, place)
-    text += f", impacts per period {impacts:.3g}, longest contact {steps:.3g} steps"
+    text += f", impacts per period {impacts:.3g}, longest contact {written(steps, 3)} steps"
     if result.question.errors:
         error = result.shown(side, "error")[place]
         text += f", error {percent(error)}" if math.isfinite(error) else ", no error: the motions keep no step"

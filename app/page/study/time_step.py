@@ -256,7 +256,7 @@ def _motion(result: PartialStep, index: int, scheme: str) -> str | Statement:
         begin, about = (": ", "") if "blurred" in words else ("; ", " about the cycle")
         blur = stated("{}{}{} over {} periods", begin, amount, about, str(SAMPLE))
     against = f"; error against the reference {percent(error)}" if math.isfinite(error) else ""
-    return stated("{}{}; longest contact {} steps{}.", words, blur, f"{steps:.3g}", against)
+    return stated("{}{}; longest contact {} steps{}.", words, blur, written(steps, 3), against)
 
 
 def _orders(result: PartialStep, name: str) -> str:
