@@ -133,7 +133,7 @@ def add(command: OneLineParser) -> None:
     add = command.add_argument
     add_both_solutions(command)
     usual = default_of(ComparisonQuestion, "periods")
-    free = f"where nothing drives the bodies the first {FREE_PERIODS}, or those from the first contact on"
+    free = f"where nothing drives the bodies the first {FREE_PERIODS}, or those from the first contact to the second"
     add_run_length(command, f"default {usual}; {free}", _KEEP, "compare")
     add_measured_options(command)
     add("--alone", action="store_true", help="also the difference over K, over D and over the step, each alone")
