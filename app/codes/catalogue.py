@@ -42,7 +42,6 @@ def materials() -> dict[str, Material]:
 
 _PENETRATION = 0.01  # of full damping where no source says one, in units of length
 _DIGITS = 6  # of a number in an input
-Stepping = TimeStepping
 
 
 @dataclass(frozen=True)
@@ -236,7 +235,7 @@ def lighter_critical_damping(system: System, stiffness: float) -> float:
 
 
 def input_numbers(
-    system: System, eta: float, method: Stepping, k: float, c: float | None, dt: float, length: float = 1.0
+    system: System, eta: float, method: TimeStepping, k: float, c: float | None, dt: float, length: float = 1.0
 ) -> dict[str, str]:
     """The numbers that stand in the lines of an input, as texts.
 

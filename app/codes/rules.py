@@ -63,7 +63,6 @@ from vibroscope.engine.model import check_eta
 from vibroscope.engine.motions.words import of_section
 from vibroscope.engine.one_impact.of_system import ContactAlone, alone_as_dict, contact_alone
 
-Stepping = TimeStepping
 Numbers = dict[str, float]  # some of stiffness, damping and steps
 ENDED = "ended early"  # what stands for the motion of a run without a result
 
@@ -82,7 +81,7 @@ class RuleQuestion:
 
     system: System
     eta: float
-    method: Stepping
+    method: TimeStepping
     element_stiffness: float | None = None
 
     def __post_init__(self) -> None:
@@ -176,7 +175,7 @@ _KINDS: Mapping[str, tuple[tuple[str, ...], Callable[[RuleQuestion, float], Numb
 }
 
 
-def _explicit(method: Stepping) -> TimeStepping:
+def _explicit(method: TimeStepping) -> TimeStepping:
     """The same contact, stepped by central differences."""
     contact = {"law": method.law} | method.law_numbers
     return TimeStepping(method.stiffness, method.damping, method.steps, CentralDifference(), **contact)
@@ -213,7 +212,7 @@ class Rule:
         """The names of the numbers that it gives, of K, D and steps."""
         return _KINDS[self.kind][0]
 
-    def method(self, asked: RuleQuestion) -> Stepping:
+    def method(self, asked: RuleQuestion) -> TimeStepping:
         """The method that is set, with the rule's numbers; raises ValueError if it gives none, or one out of range.
 
         The steps are at least 4, the fewest that there are.
@@ -274,7 +273,7 @@ class RuleOutcome:
     """
 
     rule: Rule
-    method: Stepping | None
+    method: TimeStepping | None
     motion: str | Statement
     total: float
     part: float
@@ -378,14 +377,14 @@ def _judge_stability(rule: Rule, asked: RuleQuestion, method: TimeStepping, opti
     return RuleOutcome(rule, method, "stays bounded", math.nan, math.nan, True, why)
 
 
-def _ended(rule: Rule, method: Stepping, run: Response, holds: bool | None, count: int = 0) -> RuleOutcome:
+def _ended(rule: Rule, method: TimeStepping, run: Response, holds: bool | None, count: int = 0) -> RuleOutcome:
     """The outcome where a run ended early."""
     why, brief = sentence(run.message), sentence(run.message.brief)
     return RuleOutcome(rule, method, ENDED, math.nan, math.nan, holds, why, count, brief=brief)
 
 
 def _of_comparison(
-    rule: Rule, method: Stepping, found: Comparison, cancelled: Callable[[], bool] | None
+    rule: Rule, method: TimeStepping, found: Comparison, cancelled: Callable[[], bool] | None
 ) -> RuleOutcome:
     penalty = found.runs.penalty
     count = getattr(penalty, "steps_without_solution", 0)
