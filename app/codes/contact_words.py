@@ -81,11 +81,11 @@ class Around:
     area: float | None = None
 
     def need(self, name: str) -> float:
-        """One of them; raises `Missing` where it is not given."""
+        """One of them; raises `Missing` where it is not given, ValueError where it is out of range."""
+        _, meaning, example = NEEDED[name]
         if getattr(self, name) is None:
-            _, meaning, example = NEEDED[name]
             raise Missing(f"the {meaning} is needed: give it, such as --{name} '{example}'")
-        return getattr(self, name)
+        return require(name, getattr(self, name), *_POSITIVE, f"give the {meaning}, as '{example}'")
 
     @property
     def masses(self) -> tuple[float, float]:
@@ -292,28 +292,16 @@ def _number(word: str, text: str, quantity: str, form: Form, exponent: float) ->
         except ValueError:
             raise ValueError(f"{word} = {text!r} is no list of numbers: give them with blanks between") from None
     size, unit = _one(quantity, form, exponent)
-    return size * read_quantity(word, text, quantity, size, unit, exponent)
-
-
-def read_quantity(
-    name: str, text: str, quantity: str, size: float = 1.0, unit: str = "", exponent: float = 1.0
-) -> float:
-    """A typed number, with a unit or without, as a multiple of ``size`` SI units.
-
-    Raises
-    ------
-    ValueError
-        Naming the text, the range and the units.
-    """
     power = exponent - 1.0 if quantity == "contact_stiffness" else 0.0
     units = {unit.replace("·", ""): 1.0, "": 1.0} | (TYPED_UNITS.get(quantity, {}) and sizes(quantity, size, power))
     if power:  # many write N/mm for N/mm^n
         units |= {known.partition("^")[0]: worth for known, worth in units.items()}
     low, high = _BOUNDS.get(quantity, _POSITIVE)
     try:
-        return float(read_typed_number(name, text, (low / size, high / size), units={**units, "": 1.0}, shown=unit))
+        found = read_typed_number(word, text, (low / size, high / size), units={**units, "": 1.0}, shown=unit)
     except Refused as error:
         raise ValueError(str(error)) from None
+    return size * float(found)
 
 
 # --- formulas ---------------------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from vibroscope.app.commands.codes import code_alone
-from vibroscope.app.commands.numbers import measured, number, share
+from vibroscope.app.commands.numbers import SI, measured, number, share
 from vibroscope.app.commands.options import (
     OTHER_ETA,
     SCHEME_OPTIONS,
@@ -20,7 +20,7 @@ from vibroscope.app.commands.options import (
 )
 from vibroscope.app.commands.parser import Command, OneLineParser, entries, option
 from vibroscope.app.commands.report import Report, Row
-from vibroscope.engine import SystemFile, Units, percent, written
+from vibroscope.engine import percent, written
 from vibroscope.engine.law_table import HERTZ
 from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
 from vibroscope.engine.one_impact.question import NO_STEPS
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     import numpy as np
     from vibroscope.engine import Impact, MoreauJean, TimeStepping, WithStep
 
-SI = SystemFile(units=Units(omega1=1.0, m1=1.0, base_amplitude=1e3), has_units=True)  # in which numbers are counted
 OVER = {"steps-per-contact": (0.5, 100.0), "speed": (0.1, 10.0), "time": ()}  # from where to where; speed: times this
 VALUES = 100  # of a band
 _UNITS = {"penetration": "_m", "force": "_N", "time": "_s", "time_step": "_s", "mass": "_kg", "speed": "_m_per_s"}

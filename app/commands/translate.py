@@ -1,14 +1,15 @@
 """``vibroscope codes translate``: the contact of one code in physical numbers, and in the words of another code."""
 
 import argparse
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 from vibroscope.app.codes.catalogue import codes
-from vibroscope.app.codes.contact_words import NEEDED, Around, read_quantity
+from vibroscope.app.codes.contact_words import NEEDED, Around
 from vibroscope.app.codes.translation import SAME, Translation, contact_text, translate, translated_codes
+from vibroscope.app.commands.numbers import SI, measured
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.report import Report, Row
-from vibroscope.engine import QUANTITIES, written
+from vibroscope.engine import written
 from vibroscope.engine.arguments import near_names
 
 _WIDTH = 110
@@ -39,7 +40,7 @@ def add(command: OneLineParser) -> None:
     )
     for name, (quantity, meaning, example) in NEEDED.items():
         words = f"{meaning}, in SI units or as '{example}'"
-        command.add_argument(f"--{name}", type=_physical(name, quantity), metavar="F", help=words)
+        command.add_argument(f"--{name}", type=measured(quantity), metavar="F", help=words)
     command.add_argument(
         "--same",
         choices=SAME,
@@ -47,18 +48,7 @@ def add(command: OneLineParser) -> None:
         help="what of the damper stays: its coefficient, where both laws have one of the same kind, or the "
         "restitution (default %(default)s)",
     )
-
-
-def _physical(name: str, quantity: str) -> Callable[[str], float]:
-    """A reader of a positive number in SI units, or with a unit."""
-
-    def read(text: str) -> float:
-        try:
-            return read_quantity(name, text, quantity, unit=QUANTITIES[quantity].units[0])
-        except ValueError as problem:
-            raise argparse.ArgumentTypeError(str(problem)) from None
-
-    return read
+    command.set_defaults(system=SI)
 
 
 def run(options: argparse.Namespace) -> Report:
