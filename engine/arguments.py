@@ -6,6 +6,7 @@ An error names the value, what is allowed and what to do.
 """
 
 import dataclasses
+import difflib
 import functools
 import inspect
 import math
@@ -177,6 +178,13 @@ def one_of(name: str, value: str, allowed: tuple[str, ...]) -> str:
     if not isinstance(value, str) or value not in allowed:
         raise ValueError(f"{name} = {shown(value)} is not one of {', '.join(allowed)}")
     return value
+
+
+def near_names(name: str, known: Iterable[str]) -> list[str]:
+    """The known names that are most like another one; none if no one is much like it."""
+    close = difflib.get_close_matches(name, known, n=3)
+    likeness = [difflib.SequenceMatcher(None, each, name).ratio() for each in close]
+    return sorted(each for each, ratio in zip(close, likeness, strict=True) if ratio == likeness[0])
 
 
 def flag(name: str, value: bool) -> bool:

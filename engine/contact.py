@@ -155,8 +155,8 @@ def stiffness_for(system: System, eta: float, steps: int, contact_steps: float) 
 def stiffness_of_step(system: System, eta: float, steps: float, scale: float) -> float:
     """Return K = s m/Δτ², the contact stiffness that follows the step Δτ = 2π/(ηn), as with SOFT = 1 in LS-DYNA.
 
-    Half the step gives four times K: with a smaller step it is another model. m is the reduced mass; LS-DYNA takes a
-    share of the smaller nodal mass instead, and s = SOFSCL, 0.1 by default (FAQ of LSTC, contact.soft1).
+    Half the step gives four times K: with a smaller step it is another model. m is the mass of the lighter body, and s
+    = SOFSCL, 0.1 by default (FAQ of LSTC, contact.soft1: m* = min(m_master_nodes, m_slave_node)).
 
     Parameters
     ----------
@@ -174,12 +174,12 @@ def stiffness_of_step(system: System, eta: float, steps: float, scale: float) ->
     --------
     >>> from vibroscope.engine import System, stiffness_of_step
     >>> round(stiffness_of_step(System(), 2.76, 500, 0.1))
-    2247
+    4208
     """
     step = 2.0 * math.pi / check_eta(eta) / whole("steps", steps, *STEPS_RANGE, "give steps per excitation period")
     why = "give the share s of m/Δτ², 0.05 to 1 in codes"
     s = require("stiffness_of_step", scale, *STEP_SCALE_RANGE, why, open_low=True)
-    return s * system.mass_share / step**2
+    return s * system.lighter_mass / step**2
 
 
 def stiffness_of_duration(system: System, share: float = 0.01) -> float:

@@ -285,6 +285,11 @@ class System:
         k, k3 = self.kappa, self.kappa3
         return (k3 - 1) * (k3 + 1) / ((k - 1) * (k + 1))
 
+    @property
+    def lighter_mass(self) -> float:
+        """Mass of the lighter body in units of m₁; 1 for a wall."""
+        return min(1.0, self.mass_ratio)
+
     @cached_property
     def stiffness_share(self) -> float:
         """k₂/(k₁ + k₂) = μκ²/(1 + μκ²), stiffness of both springs in series in units of k₁; k₁ for a wall.

@@ -102,11 +102,13 @@ def _run(
     return Response(*driver.problem, periods, keep, status, message, checkpoint=begun, **driver.results())
 
 
-def free_length(system: System, eta: float, initial: Sequence[float] | None = None) -> dict[str, int]:
+def free_length(
+    system: System, eta: float, initial: Sequence[float] | None = None, contacts: int = 2
+) -> dict[str, int]:
     """``periods`` and ``keep`` of a free vibration: its first FREE_PERIODS, or those that begin with the first contact.
 
     Nothing sets the length of a period there, so that a drop or a throw may be any number of them away from its first
-    contact. That of the reference is looked for in the first LONGEST_FLIGHT.
+    contact, and the next one as far from that. Those of the reference are looked for in the first LONGEST_FLIGHT.
 
     Parameters
     ----------
@@ -116,6 +118,8 @@ def free_length(system: System, eta: float, initial: Sequence[float] | None = No
         A period is 2π/η.
     initial : (4,) sequence, optional
         ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, by default rest.
+    contacts : int
+        So many begin in these periods, if there are as many.
 
     Examples
     --------
@@ -124,16 +128,19 @@ def free_length(system: System, eta: float, initial: Sequence[float] | None = No
     >>> free_length(hammer, 1.0, (0.0, 0.0, 0.0, -2.0))  # thrown at the sprung body, which it meets at τ = 25
     {'periods': 5, 'keep': 2}
     """
-    first, periods = math.inf, FREE_PERIODS
-    while first == math.inf and periods <= LONGEST_FLIGHT:
+    begun, periods = [], FREE_PERIODS
+    while len(begun) < contacts and periods <= LONGEST_FLIGHT:
         try:
             run = simulate(system, eta, Reference(), periods=periods, keep=periods, initial=initial)
         except ValueError:  # a start that only a penalty solution can have: the bodies penetrate
             break
-        first = min([*run.impacts.time[:1], *run.contacts[:1, 0]], default=math.inf)
+        begun = sorted(time * eta / (2 * math.pi) for time in (*run.impacts.time, *run.contacts[:, 0]))
         periods *= 4
-    before = math.floor(first * eta / (2 * math.pi)) if first < math.inf else 0
-    return {"periods": FREE_PERIODS + (before if before >= FREE_PERIODS else 0), "keep": FREE_PERIODS}
+    if not begun:
+        return {"periods": FREE_PERIODS, "keep": FREE_PERIODS}
+    before = math.floor(begun[0]) if begun[0] >= FREE_PERIODS else 0
+    keep = max(FREE_PERIODS, math.floor(begun[:contacts][-1]) + 1 - before)
+    return {"periods": before + keep, "keep": keep}
 
 
 def simulate_load(

@@ -18,14 +18,14 @@ know: otherwise a misspelt constant would silently keep its default.
 Read files that users give: bounded in size, and with errors that name the file.
 """
 
-import difflib
 import math
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
+from vibroscope.engine.arguments import near_names
 from vibroscope.engine.excitation import HELD, Excitation
 from vibroscope.engine.fields import described_fields
 from vibroscope.engine.methods import Reference
@@ -373,16 +373,9 @@ def toml_tables(content: bytes) -> dict:
 def _refuse_unknown(table: dict, known: tuple[str, ...], kind: str) -> None:
     for name in table:
         if name not in known:
-            advice = f"did you mean {' or '.join(close)}?" if (close := _nearest(name, known)) else "known: "
-            advice += "" if close else ", ".join(known)
+            near = near_names(name, known)
+            advice = f"did you mean {' or '.join(near)}?" if near else f"known: {', '.join(known)}"
             raise ValueError(f"unknown {kind} {name[:60]!r}; {advice}")
-
-
-def _nearest(name: str, known: Iterable[str]) -> list[str]:
-    """The known names that are most like another one; none if no one is much like it."""
-    close = difflib.get_close_matches(name, known, n=3)
-    likeness = [difflib.SequenceMatcher(None, each, name).ratio() for each in close]
-    return sorted(each for each, ratio in zip(close, likeness, strict=True) if ratio == likeness[0])
 
 
 def _values(

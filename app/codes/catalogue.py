@@ -229,6 +229,11 @@ def codes() -> Mapping[str, Code]:
     return MappingProxyType(found)
 
 
+def lighter_critical_damping(system: System, stiffness: float) -> float:
+    """D of the critical damping 2mω_c of LS-DYNA, with the mass m of the lighter body in place of the reduced mass."""
+    return system.lighter_mass * contact_frequency(system, stiffness)
+
+
 def input_numbers(
     system: System, eta: float, method: TimeStepping, k: float, c: float | None, dt: float, length: float = 1.0
 ) -> dict[str, str]:
@@ -251,7 +256,8 @@ def input_numbers(
         numbers["restitution"] = effective_restitution(system, method, closing_speed=1.0)
     if method.damping is not None:
         zeta = damping_ratio(system, method.stiffness, method.damping)
-        numbers |= {"c": c, "zeta": zeta, "percent": 100.0 * zeta}
+        numbers |= {"c": c, "zeta": zeta}
+        numbers["vdc"] = 100.0 * method.damping / lighter_critical_damping(system, method.stiffness)
         unit_of_time = dt * check_eta(eta) * method.steps / (2.0 * math.pi)
         frequency = contact_frequency(system, method.stiffness) / unit_of_time
         numbers |= {"k/mass": frequency**2, "c/mass": 2.0 * zeta * frequency}

@@ -9,15 +9,17 @@ here, each in both directions, with the reduced mass m of the two bodies and the
     ODE, Bullet:                   erp = hK/(hK + c), cfm = 1/(hK + c);  K = erp/(h cfm), c = (1 − erp)/cfm  (c)
     Drake:                         f = k δ (1 + d v), c = d K;  SAP: c = τ K                                 (d)
     Drake, allowance p:            K = m g/p, d = √(p/g)/p                                                   (e)
-    LS-DYNA, SOFT = 1:             K = max(SLSFAC SFS k₀, SOFSCL m/h²), c = VDC/100 · 2√(Km)                 (f)
+    LS-DYNA, SOFT = 1:             K = max(SLSFAC SFS k₀, SOFSCL m*/h²), c = VDC/100 · 2m*√(K/m), m* of the
+                                   lighter body                                                              (f)
     ImpactMaterial:                K₁ = K_e + E/(a δₘ²), K₂ = K_e − E/((1 − a) δₘ²), δ_y = a δₘ, a = 0.1,
                                    K_e = K √δₘ, E = K δₘ^(n+1) (1 − e²)/(n + 1), n = 1.5                     (g)
     COMSOL:                        pressure p = f_p E/h_min per penetration over the area A: K = p A, c = τ K (h)
 
 (a), (b): MuJoCo documentation, Modeling, "Solver parameters", where the impedance is the one of the width; (c): ODE
 manual, "How to use ERP and CFM", and answers.ros.org 15400; (d), (e): Drake, ``contact_model_doxygen.h``; (f): LSTC
-FAQ, contact.soft1, with the reduced mass as in :func:`engine.stiffness_of_step`; (g): OpenSees wiki, Impact Material;
-(h): COMSOL, Contact, and Implicit Dynamic Contact Analysis.
+FAQ, contact.soft1, where m* = min(m_master_nodes, m_slave_node), and *CONTACT in PyDyna, VDC: 2mω with m =
+min(mslave, mmaster), ω = √(k(mslave + mmaster)/(mmaster mslave)); (g): OpenSees wiki, Impact Material; (h): COMSOL,
+Contact, and Damping.
 
 What becomes of a law that the other code does not have: :mod:`.translation`.
 """
@@ -33,12 +35,13 @@ from vibroscope.app.runtime.number_text import TYPED_UNITS, sizes
 from vibroscope.engine import QUANTITIES, Units, damping_of_restitution, restitution_of_damping, written
 from vibroscope.engine.arguments import one_of, require
 from vibroscope.engine.contact import ContactUnits
-from vibroscope.engine.law_table import HERTZ, LAWS, critical_damping, deepest_penetration
+from vibroscope.engine.law_table import HERTZ, LAWS, deepest_penetration
 from vibroscope.engine.methods import EXPONENT_RANGE
 
 _GRAVITY = 9.81  # m/s², as Drake's
 _SHARE = 0.1  # a of ImpactMaterial
 _DIGITS = 6
+_ROUNDED = 1e-3  # relative, of a typed mass
 _POSITIVE = (1e-12, 1e20)
 _BOUNDS = {
     "stiffness": (0.0, 1e20),
@@ -60,6 +63,7 @@ _ROLES = {  # of a word: what of the contact it is
 _READ = ("stiffness", "damping", "restitution")  # what other words are read as
 NEEDED = {  # beside the words: quantity, meaning, and how to give it
     "mass": ("mass", "reduced mass of the two bodies, m₁m₂/(m₁ + m₂)", "1 kg"),
+    "lighter": ("mass", "mass of the lighter body (by default the reduced mass: the other is a wall)", "1 kg"),
     "step": ("time", "time step", "1 ms"),
     "speed": ("velocity", "closing speed", "1 m/s"),
     "area": ("area", "contact area", "120 mm²"),
@@ -71,16 +75,26 @@ class Around:
     """What a translation needs beside the words, in SI units; None where it is not given."""
 
     mass: float | None = None
+    lighter: float | None = None
     step: float | None = None
     speed: float | None = None
     area: float | None = None
 
     def need(self, name: str) -> float:
-        """One of them; raises `Missing` where it is not given."""
+        """One of them; raises `Missing` where it is not given, ValueError where it is out of range."""
+        _, meaning, example = NEEDED[name]
         if getattr(self, name) is None:
-            _, meaning, example = NEEDED[name]
             raise Missing(f"the {meaning} is needed: give it, such as --{name} '{example}'")
-        return getattr(self, name)
+        return require(name, getattr(self, name), *_POSITIVE, f"give the {meaning}, as '{example}'")
+
+    @property
+    def masses(self) -> tuple[float, float]:
+        """The reduced mass m, and that of the lighter body, m to 2m; raises `Missing` without the first."""
+        mass = self.need("mass")
+        if self.lighter is None:
+            return mass, mass
+        low, high = mass * (1.0 - _ROUNDED), 2.0 * mass * (1.0 + _ROUNDED)
+        return mass, require("lighter", self.lighter, low, high, "give one to two times the reduced mass")
 
 
 class Missing(ValueError):
@@ -278,28 +292,16 @@ def _number(word: str, text: str, quantity: str, form: Form, exponent: float) ->
         except ValueError:
             raise ValueError(f"{word} = {text!r} is no list of numbers: give them with blanks between") from None
     size, unit = _one(quantity, form, exponent)
-    return size * read_quantity(word, text, quantity, size, unit, exponent)
-
-
-def read_quantity(
-    name: str, text: str, quantity: str, size: float = 1.0, unit: str = "", exponent: float = 1.0
-) -> float:
-    """A typed number, with a unit or without, as a multiple of ``size`` SI units.
-
-    Raises
-    ------
-    ValueError
-        Naming the text, the range and the units.
-    """
     power = exponent - 1.0 if quantity == "contact_stiffness" else 0.0
     units = {unit.replace("·", ""): 1.0, "": 1.0} | (TYPED_UNITS.get(quantity, {}) and sizes(quantity, size, power))
     if power:  # many write N/mm for N/mm^n
         units |= {known.partition("^")[0]: worth for known, worth in units.items()}
     low, high = _BOUNDS.get(quantity, _POSITIVE)
     try:
-        return float(read_typed_number(name, text, (low / size, high / size), units={**units, "": 1.0}, shown=unit))
+        found = read_typed_number(word, text, (low / size, high / size), units={**units, "": 1.0}, shown=unit)
     except Refused as error:
         raise ValueError(str(error)) from None
+    return size * float(found)
 
 
 # --- formulas ---------------------------------------------------------------------------------------------------------
@@ -339,15 +341,15 @@ def _allowance_in(values: Values, around: Around) -> tuple[float, float]:  # (e)
 
 
 def _soft_in(values: Values, around: Around) -> tuple[float, float]:  # (f)
-    (k0, factor, of_surface, of_step, percent), mass = values, around.need("mass")
-    stiffness = max(factor * of_surface * k0, of_step * mass / around.need("step") ** 2)
-    return stiffness, 0.02 * percent * critical_damping(stiffness, mass)
+    (k0, factor, of_surface, of_step, percent), (mass, lighter) = values, around.masses
+    stiffness = max(factor * of_surface * k0, of_step * lighter / around.need("step") ** 2)
+    return stiffness, 0.02 * percent * lighter * math.sqrt(stiffness / mass)
 
 
 def _soft_out(contact: Contact, around: Around) -> Values:
-    mass, step = around.need("mass"), around.need("step")
-    critical = 2.0 * critical_damping(contact.stiffness, mass)
-    return contact.stiffness * step**2 / mass, 100.0 * contact.damping / critical
+    mass, lighter = around.masses
+    critical = 2.0 * lighter * math.sqrt(contact.stiffness / mass)
+    return contact.stiffness * around.need("step") ** 2 / lighter, 100.0 * contact.damping / critical
 
 
 def _bilinear_in(values: Values, around: Around) -> tuple[float, None, float]:  # (g)

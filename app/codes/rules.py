@@ -12,6 +12,7 @@ elements in contact, which is no number of the system and must be given:
 ``penetration``       K that the largest driving force presses in by this part of the unit of length
 ``damping_ratio``     D of this ζ
 ``restitution``       D with which an impact keeps e of its speed
+``lighter_damping``   D of so many times the critical damping 2mω_c of LS-DYNA, m of the lighter body
 ``follows_step``      K = so many times m/Δτ², m of the lighter body
 ``time_constant``     K and D of ζ = 1 and 1/ω_c = so many steps
 ====================  ===========================================================================
@@ -29,7 +30,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from types import MappingProxyType
 
-from vibroscope.app.codes.catalogue import table
+from vibroscope.app.codes.catalogue import lighter_critical_damping, table
 from vibroscope.engine import (
     METHOD_NUMBERS,
     CentralDifference,
@@ -49,6 +50,7 @@ from vibroscope.engine import (
     percent,
     repetition,
     simulate,
+    stiffness_of_step,
     touching,
 )
 from vibroscope.engine.arguments import require
@@ -137,13 +139,16 @@ def _damping_ratio(asked: RuleQuestion, number: float) -> Numbers:
     return {"damping": damping_for(asked.system, asked.method.stiffness, number)}
 
 
+def _lighter_damping(asked: RuleQuestion, number: float) -> Numbers:
+    return {"damping": number * lighter_critical_damping(asked.system, asked.method.stiffness)}
+
+
 def _restitution(asked: RuleQuestion, number: float) -> Numbers:
     return {"damping": number * float(equal_restitution_damping(asked.system, asked.method.stiffness))}
 
 
 def _follows_step(asked: RuleQuestion, number: float) -> Numbers:
-    lighter = 1.0 if asked.system.wall else min(1.0, asked.system.mass_ratio)
-    return {"stiffness": number * lighter / asked.step**2}
+    return {"stiffness": stiffness_of_step(asked.system, asked.eta, asked.method.steps, number)}
 
 
 def _time_constant(asked: RuleQuestion, number: float) -> Numbers:
@@ -162,6 +167,7 @@ _KINDS: Mapping[str, tuple[tuple[str, ...], Callable[[RuleQuestion, float], Numb
     "times_elements": (("K",), _times_elements),
     "penetration": (("K",), _penetration),
     "damping_ratio": (("D",), _damping_ratio),
+    "lighter_damping": (("D",), _lighter_damping),
     "restitution": (("D",), _restitution),
     "follows_step": (("K",), _follows_step),
     "time_constant": (("K", "D"), _time_constant),

@@ -181,7 +181,7 @@ class KeptBranches:
 
 _LONGEST, _MOST_ORBITS = (default_of(BranchQuestion, name) for name in ("max_period", "most_orbits"))
 _FOLLOWED = "period doubling"
-_SHOWN = "  {:<24} {:<18} {:<10} {}"
+_SHOWN = "  {:<26} {:<18} {:<10} {:<14} {}"
 
 
 def add(command: OneLineParser) -> None:
@@ -360,17 +360,23 @@ def _plain(branch: Branch) -> dict:
 
 
 def _lines(branch: Branch) -> list[str]:
-    """A branch as text."""
-    parts = ", ".join(f"{low:.6g} to {high:.6g}" for low, high in branch.stable_ranges) or "nowhere"
+    """A branch as text; ξ₁ tells orbits of one period apart, as a motion between two stops and its mirror image."""
+    parts = ", ".join(dict.fromkeys(f"{low:.6g} to {high:.6g}" for low, high in branch.stable_ranges)) or "nowhere"
     low, high = branch.values.min(), branch.values.max()
+    ends = zip(branch.ends, branch.sections[[0, -1], 0], strict=True)
     lines = [
         f"period {branch.period}, {branch.over} from {low:.6g} to {high:.6g}; stable: {parts}",
-        f"  ends: {branch.ends[0]}; {branch.ends[1]}",
+        "  ends: " + "; ".join(f"{end} ({_where(state)})" for end, state in ends),
     ]
-    return lines + [
-        _SHOWN.format(p.kind if p.stop == 1 else p.words, f"{p.value:.12g}", f"period {p.period}", _multiplier(p))
-        for p in branch.points
-    ]
+    for p in branch.points:
+        kind, period = p.kind if p.stop == 1 else p.words, f"period {p.period}"
+        lines.append(_SHOWN.format(kind, f"{p.value:.12g}", period, _where(p.state), _multiplier(p)))
+    return lines
+
+
+def _where(state: np.ndarray) -> str:
+    """Where body 1 is at τ ≡ 0 mod pT."""
+    return f"ξ₁ {state[0]:.6g}"
 
 
 def _multiplier(point) -> str:

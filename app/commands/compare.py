@@ -82,8 +82,8 @@ def alone_lines(found: Alone | None, eta: float, method: Method, units: Units | 
         for row in rows:
             cells = [cell.rjust(width) for cell, width in zip(row, widths, strict=False) if width]
             lines.append("  ".join([*cells, row[-1]]).rstrip())
-    lines += ["", f"At best: the middle of the values that leave at most {WORKS} times the least, by the median of those"]
-    lines += ["within 10 % of each; of fewer steps only those that resolve a contact."]
+    middle = f"At best: the middle of the values that leave at most {WORKS} times the least, by the median of those"
+    lines += ["", middle, "within 10 % of each; of fewer steps only those that resolve a contact."]
     if found.floor > _LEAST:
         lines += ["", f"The joint damping makes {percent(found.floor)}: no K, D or step mends that."]
     return lines
@@ -132,7 +132,7 @@ def add(command: OneLineParser) -> None:
     add = command.add_argument
     add_both_solutions(command)
     usual = default_of(ComparisonQuestion, "periods")
-    free = f"where nothing drives the bodies the first {FREE_PERIODS}, or those from the first contact on"
+    free = f"where nothing drives the bodies the first {FREE_PERIODS}, or those from the first contact to the second"
     add_run_length(command, f"default {usual}; {free}", _KEEP, "compare")
     add_measured_options(command)
     add("--alone", action="store_true", help="also the difference over K, over D and over the step, each alone")

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from vibroscope.app.commands.codes import code_alone
-from vibroscope.app.commands.numbers import measured, number, share
+from vibroscope.app.commands.numbers import SI, measured, number, share
 from vibroscope.app.commands.options import (
     OTHER_ETA,
     SCHEME_OPTIONS,
@@ -20,7 +20,7 @@ from vibroscope.app.commands.options import (
 )
 from vibroscope.app.commands.parser import Command, OneLineParser, entries, option
 from vibroscope.app.commands.report import Report, Row
-from vibroscope.engine import SystemFile, Units, percent, written
+from vibroscope.engine import percent, written
 from vibroscope.engine.law_table import HERTZ
 from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
 from vibroscope.engine.one_impact.question import NO_STEPS
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     import numpy as np
     from vibroscope.engine import Impact, MoreauJean, TimeStepping, WithStep
 
-SI = SystemFile(units=Units(omega1=1.0, m1=1.0, base_amplitude=1e3), has_units=True)  # in which numbers are counted
 OVER = {"steps-per-contact": (0.5, 100.0), "speed": (0.1, 10.0), "time": ()}  # from where to where; speed: times this
 VALUES = 100  # of a band
 _UNITS = {"penetration": "_m", "force": "_N", "time": "_s", "time_step": "_s", "mass": "_kg", "speed": "_m_per_s"}
@@ -214,12 +213,22 @@ def run(options: argparse.Namespace) -> Report:
     speeds = _closing_speeds(options)
     if options.moreau_jean is not None:
         return _nonsmooth(options)
-    question = question_of(options)
     if options.over:
-        if options.json:
-            raise ValueError("--over prints CSV: leave --json out")
-        return Report((_band if OVER[options.over[0]] else _forces)(question, options))
-    return _report(question, options, speeds)
+        return Report(_over_lines(options))
+    return _report(question_of(options), options, speeds)
+
+
+def _over_lines(options: argparse.Namespace) -> Iterator[str]:
+    """The lines of the CSV."""
+    name = options.over[0]
+    if options.json:
+        raise ValueError("--over prints CSV: leave --json out")
+    if options.time_step is None and options.steps_per_contact is None:
+        if name != "steps-per-contact":
+            raise ValueError(f"--over {name} needs a step: give --time-step or --steps-per-contact")
+        options.steps_per_contact = 1.0  # any: each value has its own
+    question = question_of(options)
+    return _band(question, options) if OVER[name] else _forces(question, options)
 
 
 def _nonsmooth(options: argparse.Namespace) -> Report:
@@ -415,17 +424,13 @@ def _time(seconds: float) -> str:
 
 
 def _band(question: "Impact", options: argparse.Namespace) -> Iterator[str]:
-    """The lines of the CSV."""
+    """The lines over steps in a contact or the closing speed."""
     import numpy as np
     from vibroscope.engine import over_speeds, over_steps
 
     name, *ends = options.over
     of_speed = name == "speed"
     low, high = ends or [end * (question.speed if of_speed else 1.0) for end in OVER[name]]
-    if of_speed:
-        _check_step(question, name)
-    if not question.time_step:
-        question = replace(question, method=_stepped(question, options), time_step=question.contact_time)
     found = (over_speeds if of_speed else over_steps)(question, np.geomspace(low, high, VALUES))
     yield ",".join([name.replace("-", "_") + ("_m_per_s" if of_speed else ""), *BAND])
     for value, one in found:
@@ -434,10 +439,9 @@ def _band(question: "Impact", options: argparse.Namespace) -> Iterator[str]:
 
 
 def _forces(question: "Impact", options: argparse.Namespace) -> Iterator[str]:
-    """The lines of the CSV: the force over time of the best and the worst touch, and of the contact without a step."""
+    """The force over time of the best and the worst touch, and of the contact without a step."""
     from vibroscope.engine import force_courses
 
-    _check_step(question, "time")
     yield "touch,instant,restitution,time_s,force_N"
     for name, course in force_courses(question, options.restitution).items():
         instant = "" if math.isnan(course.instant) else _line(course.instant)
@@ -447,15 +451,6 @@ def _forces(question: "Impact", options: argparse.Namespace) -> Iterator[str]:
 
 def _line(*numbers: float) -> str:
     return ",".join(f"{each:.9g}" for each in numbers)
-
-
-def _check_step(question: "Impact", name: str) -> None:
-    if not question.time_step:
-        raise ValueError(f"--over {name} needs a step: give --time-step or --steps-per-contact")
-
-
-def _stepped(question: "Impact", options: argparse.Namespace):
-    return replace(_method_of(options, 0.0), damping=question.method.damping)
 
 
 COMMAND = Command(

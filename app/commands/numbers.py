@@ -32,6 +32,8 @@ STATE = {"xi1": "displacement", "v1": "velocity", "xi2": "displacement", "v2": "
 # Ends of a range: the option that names their number.
 _ENDS = {"low": "over", "high": "over", "along_from": "along", "along_to": "along"}
 _OF_FIELD = "of the field that another option names"
+# The system of commands that need none: in these units a number without one is in SI units, and so is the result.
+SI = SystemFile(units=Units(omega1=1.0, m1=1.0, base_amplitude=1e3), has_units=True)
 STEPS = "steps"  # a whole number of them in a period, or the time of one
 
 

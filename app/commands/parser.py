@@ -5,6 +5,8 @@ import difflib
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
+from vibroscope.engine.arguments import near_names
+
 # Whatever takes a file has a metavar that begins so. `vibroscope completion` says how a shell completes one.
 NAMES_OF_FILES = ("FILE", "PATH")
 COMPLETED_AS_FILES: dict[str, str] = {}
@@ -61,7 +63,9 @@ def entries(kind: str, names: Sequence[str], known: Mapping[str, Entry]) -> list
     """The entries of a table that are named, all where none is; raises ValueError for one that it does not have."""
     for name in names:
         if name not in known:
-            raise ValueError(f"unknown {kind} {name[:60]!r}; known: {', '.join(known)}")
+            near = near_names(name, known)
+            meant = f"did you mean {' or '.join(near)}? " if near else ""
+            raise ValueError(f"unknown {kind} {name[:60]!r}; {meant}known: {', '.join(known)}")
     return [known[name] for name in names or known]
 
 

@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> Report:
 def _length(options: argparse.Namespace, system: System, eta: float, _: Method) -> dict[str, int]:
     """Periods to run and to keep: of a free vibration from its start, at least to the first contact."""
     if options.periods is None and not system.excitation.drives:
-        options.periods = max(_KEEP, free_length(system, eta, options.initial)["periods"])
+        options.periods = max(_KEEP, free_length(system, eta, options.initial, contacts=1)["periods"])
     if options.periods is None:
         options.periods = default_of(simulate, "periods")
     return {"periods": options.periods, "keep": kept_periods(options, _KEEP)}

@@ -1,13 +1,16 @@
 """``vibroscope codes translate``: the contact of one code in physical numbers, and in the words of another code."""
 
 import argparse
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
-from vibroscope.app.codes.contact_words import NEEDED, Around, read_quantity
+from vibroscope.app.codes.catalogue import codes
+from vibroscope.app.codes.contact_words import NEEDED, Around
 from vibroscope.app.codes.translation import SAME, Translation, contact_text, translate, translated_codes
+from vibroscope.app.commands.numbers import SI, measured
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.report import Report, Row
-from vibroscope.engine import QUANTITIES, written
+from vibroscope.engine import written
+from vibroscope.engine.arguments import near_names
 
 _WIDTH = 110
 _EXAMPLES = """\
@@ -37,7 +40,7 @@ def add(command: OneLineParser) -> None:
     )
     for name, (quantity, meaning, example) in NEEDED.items():
         words = f"{meaning}, in SI units or as '{example}'"
-        command.add_argument(f"--{name}", type=_physical(name, quantity), metavar="F", help=words)
+        command.add_argument(f"--{name}", type=measured(quantity), metavar="F", help=words)
     command.add_argument(
         "--same",
         choices=SAME,
@@ -45,25 +48,14 @@ def add(command: OneLineParser) -> None:
         help="what of the damper stays: its coefficient, where both laws have one of the same kind, or the "
         "restitution (default %(default)s)",
     )
-
-
-def _physical(name: str, quantity: str) -> Callable[[str], float]:
-    """A reader of a positive number in SI units, or with a unit."""
-
-    def read(text: str) -> float:
-        try:
-            return read_quantity(name, text, quantity, unit=QUANTITIES[quantity].units[0])
-        except ValueError as problem:
-            raise argparse.ArgumentTypeError(str(problem)) from None
-
-    return read
+    command.set_defaults(system=SI)
 
 
 def run(options: argparse.Namespace) -> Report:
     """Translate."""
     (key, *words), known = options.source, translated_codes()
     if key not in known:
-        raise ValueError(f"--from {key[:40]!r} is no code whose words are known: give one of {', '.join(known)}")
+        raise ValueError(f"--from {key[:40]!r}: {_without_words(key)} give one of {', '.join(known)}")
     if wrong := [word for word in words if not word.partition("=")[2].strip()]:
         raise ValueError(f"--from ... {wrong[0][:40]!r} has no value: give it as {wrong[0][:40].rstrip('=')}=...")
     given = {name: text.strip() for name, _, text in (word.partition("=") for word in words)}
@@ -72,6 +64,16 @@ def run(options: argparse.Namespace) -> Report:
     indent = max(18, *(len(code.name) + 2 for code in (found.source, found.target)))
     rows = (Row(label, text, _WIDTH, indent) for label, text in _lines(found, words))
     return Report(rows, found.as_dict())
+
+
+def _without_words(key: str) -> str:
+    """Why a key is none of a code whose words are known, with the keys of codes that have a name like it."""
+    if key in codes():
+        return f"the words of {codes()[key].name} for a contact are not known;"
+    named = {word.strip("()"): each for each, code in translated_codes().items() for word in (each, *code.name.split())}
+    keys = {word.lower(): each for word, each in named.items()}
+    near = dict.fromkeys(keys[word] for word in near_names(key.lower(), keys))
+    return f"did you mean {' or '.join(near)}?" if near else "there is no such code;"
 
 
 def _lines(found: Translation, words: Sequence[str]) -> Iterator[tuple[str, str]]:

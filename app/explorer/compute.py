@@ -95,13 +95,13 @@ def cached_runs(setting: Setting, cache: Cache = _CACHE) -> RunPair | None:
 
 
 def run_length(system: System, eta: float, initial: Start) -> dict[str, int]:
-    """Periods to run and to keep: of a free vibration as `engine.free_length` has it, else those of `simulate`."""
+    """Periods to run and to keep: of a free vibration those of its first contact, else those of `simulate`."""
     return {} if system.excitation.drives else dict(_free_length(system, eta, initial))
 
 
 @lru_cache(maxsize=64)
 def _free_length(system: System, eta: float, initial: Start) -> dict[str, int]:
-    return free_length(system, eta, initial)
+    return free_length(system, eta, initial, contacts=1)  # its figures show TRACE_PERIODS
 
 
 def free_text(system: System, eta: float, initial: Start) -> str:

@@ -19,7 +19,7 @@ from vibroscope.engine import (
 )
 from vibroscope.engine.facts import Amount, stated
 from vibroscope.engine.one_impact.forward import Span
-from vibroscope.engine.one_impact.of_system import restitution_text, shares_text, span_text, steps_text
+from vibroscope.engine.one_impact.of_system import ends_text, restitution_text, shares_text, span_text, steps_text
 from vibroscope.engine.units import time_text
 
 
@@ -57,11 +57,6 @@ def over_speeds_of_motion(found: OverMotion) -> Statement:
         Amount(found.force.greatest, "force"),
         ends_text(*map(steps_text, (found.steps.least, found.steps.greatest))),
     )
-
-
-def ends_text(*ends: str) -> str:
-    """From one to the other, or the one that both are."""
-    return " to ".join(dict.fromkeys(ends))
 
 
 def steps_in_contact(found: WithStep) -> str:

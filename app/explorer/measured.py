@@ -136,7 +136,7 @@ def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) 
     return [
         ["", "measured", *SOLVERS],
         ["repeats after", *repeats],
-        ["difference (rms)", f"{shown('displacement', recurrence.noise, 3)} noise", *both(lambda a: percent(a.rms))],
+        ["difference (rms)", _noise("{} noise", recurrence.noise, scale), *both(lambda a: percent(a.rms))],
         [begins, "", *both(lambda a: shown("time", a.phase, 4))],
         [contacts, *of_sensor(lambda one: f"{one.per_period * periods:.3g}")],
         ["time in contact, by samples", *of_sensor(lambda one: percent(one.share))],
@@ -147,6 +147,10 @@ def comparison_rows(comparison: MeasuredComparison, scale: Units | None = None) 
 
 def _shown(quantity: str, value: float, digits: int, scale: Units | None) -> str:
     return written(value, digits) if scale is None else scale.text(quantity, value, digits)
+
+
+def _noise(words: str, value: float, scale: Units | None) -> str:
+    return words.format(_shown("displacement", value, 3, scale)) if value else "no noise beyond rounding"
 
 
 def _with_error(value: float, error: float) -> str:
@@ -171,8 +175,8 @@ def fit_rows(fitted: Fit, scale: Units | None = None) -> list[list[str]]:
             text += ", not shown by the motion"
         rows.append(["2D" if scale and name == "D" else name, text])
     agreeing = f"{fitted.agreeing} of {fitted.starts} starts agree"
-    residual, noise = (_shown("displacement", value, 3, scale) for value in (fitted.deviation, fitted.noise))
-    rows.append(["residual", f"{residual}, noise {noise}; {agreeing}"])
+    residual = _shown("displacement", fitted.deviation, 3, scale)
+    rows.append(["residual", f"{residual}, {_noise('noise {}', fitted.noise, scale)}; {agreeing}"])
     return rows
 
 

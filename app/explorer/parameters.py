@@ -248,7 +248,8 @@ _STEPPING = (
         "stiffness",
         "Stiffness",
         "K as typed; K with which a contact lasts 1 % of the shorter natural period; or K = s m/Δτ² from the time "
-        "step and the reduced mass m, as the soft constraint contact of explicit codes has it (LS-DYNA: SOFT = 1)",
+        "step and the mass m of the lighter body, as the soft constraint contact of explicit codes has it (LS-DYNA: "
+        "SOFT = 1)",
         {"typed": "K as typed", "system": "from the natural period", "step": "follows the step"},
     ),
     Field(
@@ -257,7 +258,9 @@ _STEPPING = (
         "of K = s m/Δτ², SOFSCL of LS-DYNA; a smaller step makes K larger",
         0.1,
         _above(*STEP_SCALE_RANGE),
-    ).option("K = S m/(time step)^2 instead of --K, m the reduced mass; half the step has four times K", *_NEWMARK),
+    ).option(
+        "K = S m/(time step)^2 instead of --K, m that of the lighter body; half the step has four times K", *_NEWMARK
+    ),
     _choice(
         "damper",
         "Damper",

@@ -69,6 +69,7 @@ _BASE = tuple(OF_BASE)
 CONTACT_OF_SYSTEM = {"stiffness": "system", "damper": "restitution"}  # of a system that comes without K and D
 _CARRIED = (*START_FIELDS, "K", "D")  # what keeps its physical value where the units change
 _ROUNDING = 1e-12
+_SAME = 1e-9  # relative: closer lengths are one, printed and read again
 _NEAR = 2e-14  # relative: what some conversions of a number in turn add up to
 FAR = 10.0  # times the unit of length, or as many times less: a base that moves so far does not go with it
 # What numbers without dimension are counted in.
@@ -278,7 +279,13 @@ def _of_physical(typed: Mapping[str, object], setting: Setting) -> dict[str, flo
 
 
 def _changed(entry: dict[str, float | bool], setting: Setting, numbers: Mapping[str, float]) -> dict[str, float | bool]:
-    """The entry with what was typed; a body that loses its spring keeps its damper and the unit of time."""
+    """The entry with what was typed; a body that loses its spring keeps its damper and the unit of time.
+
+    Where the base does not move, and no length was typed to count in, it is that of a file with the same numbers: so
+    is the parting speed ε, which is counted in it.
+    """
+    usual = _length_of_file(entry) or FIELDS["amplitude"].default
+    of_file = math.isclose(entry.get("length_mm", 0.0), usual, rel_tol=_SAME)
     for body in (1, 2):
         if numbers.get(f"stiffness{body}_N_per_m") == 0:
             damper = f"damping{body}_Ns_per_m"
@@ -293,9 +300,21 @@ def _changed(entry: dict[str, float | bool], setting: Setting, numbers: Mapping[
         if name in _BASE and value == 0:
             del entry[name]
             entry.setdefault("length_mm", setting.amplitude)
+            of_file = True
         elif name in _BASE:
             entry.pop("length_mm", None)
+    if of_file and "length_mm" in entry and "length_mm" not in numbers:
+        entry["length_mm"] = _length_of_file(entry) or entry["length_mm"]
     return entry
+
+
+def _length_of_file(entry: Mapping[str, float | bool]) -> float:
+    """The length in mm that a file with these numbers alone counts in; 0 if the base moves or there is none."""
+    try:
+        units = system_of_physical({name: value for name, value in entry.items() if name != "length_mm"}).units
+    except ValueError:
+        return 0.0
+    return 0.0 if any(entry.get(name) for name in _BASE) else units.base_amplitude
 
 
 def _in_another_way(numbers: Mapping[str, float], setting: Setting, name: str) -> dict[str, float | bool]:

@@ -159,7 +159,8 @@ def difference_series(
 ) -> DifferenceSeries:
     """Sample the kept periods of four runs, SAMPLED_PERIODS at most, on one grid, up to ``per_period`` times a period.
 
-    Of closed-form solutions that repeat themselves one cycle is sampled and repeated.
+    Where nothing drives the bodies, all of them: more than SAMPLED_PERIODS have as many samples altogether. Of
+    closed-form solutions that repeat themselves one cycle is sampled and repeated.
 
     Raises
     ------
@@ -168,6 +169,8 @@ def difference_series(
     """
     penalty = runs.penalty
     keep, steps = min(penalty.keep, SAMPLED_PERIODS), penalty.method.steps
+    if not penalty.system.excitation.drives and penalty.keep > keep:
+        keep, per_period = penalty.keep, max(1, per_period * keep // penalty.keep)
     newmark = samples_on_grid(penalty, Record(keep, per_period, steps), cancelled)
 
     grid = Record(1, per_period, steps)

@@ -27,6 +27,7 @@ from vibroscope.engine.measurement.tolerances import (
     NYQUIST,
     OVERLAP,
     RIDGE,
+    ROUNDING,
     UNEXPLAINED,
     UNOBSERVED,
 )
@@ -69,7 +70,8 @@ class Recurrence:
         Periods that the samples cannot tell apart, ``period`` among them; empty if that is 0, but of a motion from its
         start (0,).
     noise : float
-        Standard deviation about the harmonics, in base amplitudes: noise, and the harmonics beyond those fitted.
+        Standard deviation about the harmonics, in base amplitudes: noise, and the harmonics beyond those fitted. 0 of
+        data that have none beyond rounding.
     eta : float
         The excitation frequency near the given one whose harmonics fit best; nan if ``period`` is 0.
     eta_error : float
@@ -118,7 +120,7 @@ def recurrence(measurement: Measurement, eta: float) -> Recurrence:
     return Recurrence(
         period=period,
         possible=possible,
-        noise=float(np.sqrt(variance)),
+        noise=_beyond_rounding(float(np.sqrt(variance)), size),
         eta=own,
         eta_error=error,
         strongest=_strongest_frequency(measurement),
@@ -144,12 +146,17 @@ def free_record(measurement: Measurement, eta: float) -> Recurrence:
     return Recurrence(
         period=0,
         possible=(0,),
-        noise=rms(size),
+        noise=_beyond_rounding(rms(size), float(np.std(rows, axis=1).max())),
         eta=float("nan"),
         eta_error=float("nan"),
         strongest=_strongest_frequency(measurement),
         sensor=None if measurement.contact is None else summarise_sensor(measurement.time, measurement.contact, eta),
     )
+
+
+def _beyond_rounding(noise: float, size: float) -> float:
+    """The noise of a measurement of this size; 0 where it is rounding."""
+    return noise if noise > ROUNDING * size else 0.0
 
 
 def summarise_sensor(time: np.ndarray, contact: np.ndarray, eta: float) -> Sensor:

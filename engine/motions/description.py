@@ -55,6 +55,8 @@ def impulse_per_period(response: Response) -> float:
     sampled, c = response.trajectory, response.system
     if sampled is None:
         return np.nan
+    if not (len(response.contacts) or len(response.impacts)):
+        return 0.0  # from the equation of motion it would be the rounding of its terms
     if c.two_stops:
         met = response.impacts.time >= sampled.time[0]
         total = np.abs(response.impacts.impulse[met]).sum()

@@ -125,12 +125,16 @@ def restitution_text(value: float) -> str:
     return f"{value:z.2f}" if value < 9.995 else written(value, 3)
 
 
+def ends_text(*ends: str) -> str:
+    """From one to the other, or the one that both are."""
+    return " to ".join(dict.fromkeys(ends))
+
+
 def span_text(found: WithStep) -> str:
     """The restitution from the least to the greatest over the instant of touch; empty if no touch has a result."""
     if math.isnan(found.restitution.mean):
         return ""
-    least, greatest = restitution_text(found.restitution.least), restitution_text(found.restitution.greatest)
-    return f"{least} to {greatest}" if least != greatest else least
+    return ends_text(restitution_text(found.restitution.least), restitution_text(found.restitution.greatest))
 
 
 def shares_text(found: WithStep) -> str:

@@ -102,16 +102,13 @@ class Impact:
             raise ValueError("the method has no contact spring: give ExactPenalty, Newmark or TimeStepping")
         set_checked(self)
         if self.method.has_step != (self.time_step > 0.0):
+            has = "has" if self.method.has_step else "has not"
             raise ValueError(
-                f"time_step = {self.time_step:g} with a method that {self._has} one: {STEP_ADVICE}, or leave both"
+                f"time_step = {self.time_step:g} with a method that {has} one: {STEP_ADVICE}, or leave both"
             )
         if self.time_step and self.steps_per_contact > MOST_STEPS_PER_CONTACT:
             shortest = self.contact_time / MOST_STEPS_PER_CONTACT
             raise ValueError(f"time_step = {self.time_step:g} is too short to follow: take at least {shortest:g}")
-
-    @property
-    def _has(self) -> str:
-        return "has" if self.method.has_step else "has not"
 
     @cached_property
     def units(self) -> ContactUnits:
@@ -151,12 +148,8 @@ class Impact:
     @property
     def depends_on_speed(self) -> bool:
         """Whether the restitution does; else it is the same at each, and penetration and force grow with the speed."""
-        return bool(self.force) or not self._constant or self.method.penetration is not None
-
-    @property
-    def _constant(self) -> bool:
-        """Whether spring and damper are constants."""
-        return powers_of(self.method.law, self.method.exponent) == (1.0, 0.0)
+        constants = powers_of(self.method.law, self.method.exponent) == (1.0, 0.0)  # spring and damper
+        return bool(self.force) or not constants or self.method.penetration is not None
 
     @property
     def ratio(self) -> float:

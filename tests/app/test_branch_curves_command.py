@@ -39,3 +39,20 @@ def test_curves_stand_beside_the_branches_and_a_lost_point_with_its_reason(capsy
     assert (code, found["curves"]) == (0, [])
     assert found["not_followed"][0]["reason"] == "the orbit is not found again"
     assert found["branches"]
+
+
+def test_no_two_points_of_mirrored_motions_are_printed_alike(capsys, tmp_path):
+    """Both halves of a branch through the symmetric motion double their period at one value."""
+    path = tmp_path / "two.toml"
+    numbers = "wall = true\nclearance_mm = 0.5\nclearance2_mm = 0.5\nrestitution = 0.8\nfrequency_Hz = 10.0\n"
+    own = "mass1_kg = 25.0\nstiffness1_N_per_m = 98696.0\ndamping1_ratio = 0.07\nbase_acceleration_m_per_s2 = 1.0\n"
+    path.write_text(f"[physical]\n{own}{numbers}")
+    with few_seeds():
+        code, text, _ = run_command(capsys, "branch", "--system", str(path), "--from", "0.9", "--to", "0.98")
+    lines = text.splitlines()
+    points = [line for line in lines if "multiplier" in line]
+    assert code == 0
+    assert len({point.partition("ξ₁")[0] for point in points}) < len(points)
+    assert len(set(points)) == len(points)
+    (stable,) = (line.partition("stable: ")[2] for line in lines if "stable: 0.93" in line)
+    assert ", " not in stable

@@ -73,7 +73,8 @@ def test_the_numbers_of_other_codes_follow_from_ours():
     assert numbers["openseesalpha"] == 0.9
     assert numbers["hhtdecay"] == 0.1
     assert numbers["zeta"] == pytest.approx(18 / math.sqrt(12000 * system.mass_share), rel=5e-6)
-    assert numbers["percent"] == pytest.approx(100 * numbers["zeta"], rel=5e-6)
+    critical = 2 * system.mass_ratio * math.sqrt(12000 * (1 + system.mass_ratio) / system.mass_ratio)
+    assert numbers["vdc"] == pytest.approx(100 * 2 * 18 / critical, rel=5e-6)  # 2mω, m of the lighter body
     damped = 18 / system.mass_share  # ζω_c, half the damper over the reduced mass
     assert numbers["timeconst"] == pytest.approx(3 / damped, rel=5e-6)
     assert "timeconst" not in input_numbers(

@@ -92,6 +92,13 @@ def test_bands_are_csv(capsys):
     assert float(rows[-1]["force_N"]) == pytest.approx(100 * float(rows[0]["force_N"]), rel=1e-6)
 
 
+def test_a_band_is_of_the_stiffness_that_a_permitted_penetration_gives(capsys):
+    words = ("--mass", "20 g", "--restitution", "0.7", "--over", "steps-per-contact=50:60")
+    out = run_command(capsys, "impact", "--permitted-penetration", "0.1 mm", *words)[1]
+    deepest = [float(line.split(",")[4]) for line in out.splitlines()[1:]]
+    np.testing.assert_allclose(deepest, 1e-4, rtol=0.05)
+
+
 def test_forces_over_time_are_csv(capsys):
     words = (*KV, "--restitution", "0.5", "--steps-per-contact", "5", "--over", "time")
     rows = list(csv.DictReader(io.StringIO(run_command(capsys, "impact", *words)[1])))

@@ -18,7 +18,7 @@ from vibroscope.app.explorer.physical_fields import (
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.typed import plain_texts
-from vibroscope.engine import Units
+from vibroscope.engine import Units, system_of_physical
 from vibroscope.engine.system_file import parse_system, physical_text
 
 TWO = Setting()._replace(bodies="two", joint_damping="derived", units="si")
@@ -160,7 +160,7 @@ def test_a_system_of_any_size_can_be_entered_body_after_body(mass, spring):
 def test_a_base_at_rest_and_again_in_motion():
     setting = enter(TWO, **ANALYST)
     still = enter(setting, base_amplitude_mm="0")
-    assert (still.base, still.amplitude, still.is_driven) == (0.0, 0.5, False)
+    assert (still.base, still.amplitude, still.is_driven) == (0.0, 0.25, False)  # the clearance, as in a file
     forced = enter(still, force1_N="10", length_mm="2")
     assert forced.is_driven
     assert physical_numbers(forced)["clearance_mm"] == pytest.approx(0.25)
@@ -168,6 +168,21 @@ def test_a_base_at_rest_and_again_in_motion():
     assert again.system.excitation.base_amplitude(again.eta) == pytest.approx(1.0)
     assert again.held == "acceleration"
     assert again.amplitude == pytest.approx(9810 / (2 * math.pi * 28) ** 2)
+
+
+def test_a_system_that_is_typed_is_counted_in_the_length_of_its_file():
+    """And so has its parting speed: it is counted in that length. A length that was typed stays."""
+    sheet = {"mass1_kg": 25.0, "stiffness1_N_per_m": 98696.0, "clearance_mm": 0.5, "force1_N": 20.0, "wall": True}
+    units = system_of_physical(sheet | {"restitution": 0.8, "frequency_Hz": 10.0}).units
+    typed = {name: str(value) for name, value in sheet.items() if name != "wall"}
+    for names in (list(typed), list(reversed(typed))):
+        setting = enter(WALL, base_amplitude_mm="0")
+        for name in names:
+            setting = enter(setting, **{name: typed[name]})
+        assert setting.amplitude == pytest.approx(units.base_amplitude, rel=1e-9)
+        assert setting.system.excitation.force1 == pytest.approx(1.0)
+    own = enter(enter(setting, length_mm="2"), force1_N="10")
+    assert own.amplitude == 2.0
 
 
 def test_another_kind_of_system_takes_over_what_the_present_one_has():

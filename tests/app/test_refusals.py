@@ -165,7 +165,7 @@ REFUSED = {
         translate --from cad --to adams | give one of physical
         translate --from adams k --to drake | give it as k=...
         translate --from adams --to drake | --mass '1 kg'
-        translate --from mujoco --to adams --mass '2 m' | typed in kg, g, t""",
+        translate --from mujoco --to adams --mass '2 m' | give it in kg, g, t""",
     "rules": """
         --eta 2.76 --code calculix --status end | leave --status out
         --eta 2.76 thumb | unknown rule 'thumb'

@@ -43,7 +43,7 @@ SHARE, PERIOD = System().mass_share, 2 * math.pi / 2.76
         ("radioss-step", "steps", math.ceil(PERIOD / math.sqrt(2 * 0.873 / (12000 + 5.07)))),
         ("abaqus-ten", "stiffness", 10 * 7.0),
         ("mathworks-penetration", "stiffness", 100 * 2.76**2),
-        ("lsdyna-noise", "damping", 0.2 * math.sqrt(12000 * SHARE)),
+        ("lsdyna-noise", "damping", 0.2 * System().mass_ratio * math.sqrt(12000 / SHARE)),
         ("lsdyna-soft", "stiffness", 0.1 * System().mass_ratio * (2000 / PERIOD) ** 2),
         ("mujoco-constant", "stiffness", SHARE * (2000 / PERIOD / 2) ** 2),
     ],
@@ -189,14 +189,11 @@ def test_a_step_is_judged_where_nothing_touches():
 
 
 @pytest.mark.parametrize(
-    ("key", "asked"),
-    [
-        ("restitution", RuleQuestion(System(), 1.39, Newmark(3870.0, 12.7, 654))),
-        ("lsdyna-noise", RuleQuestion(System(), 1.39, Newmark(3870.0, 12.7, 654))),
-    ],
+    "rule", [rules()["restitution"], Rule("key", "title", "damping_ratio", 0.2, "claim", "source")]
 )
-def test_the_blur_of_the_step_is_not_charged_to_a_rule_for_the_damper(key, asked):
-    found = judge(rules()[key], asked)
+def test_the_blur_of_the_step_is_not_charged_to_a_rule_for_the_damper(rule):
+    asked = RuleQuestion(System(), 1.39, Newmark(3870.0, 12.7, 654))
+    found = judge(rule, asked)
     without = compare(ComparisonQuestion(asked.system, asked.eta, with_located_steps(found.method))).difference.total
     assert found.total > 2 * CLOSE_CURVE
     assert without < CLOSE_CURVE

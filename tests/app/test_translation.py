@@ -13,7 +13,7 @@ from vibroscope.app.codes.translation import PHYSICAL, translate, translated_cod
 from vibroscope.app.commands.cli import main
 from vibroscope.engine import damping_of_restitution, restitution_of_damping
 
-AROUND = Around(mass=2.0, step=1e-3, speed=0.7, area=1.2e-4)
+AROUND = Around(mass=2.0, lighter=3.0, step=1e-3, speed=0.7, area=1.2e-4)
 FORMS = [
     (code, place)
     for code, entry in translated_codes().items()
@@ -111,11 +111,29 @@ def test_adams_gives_its_small_part_a_stiffness():
 
 
 def test_ls_dyna_takes_the_larger_of_two_stiffnesses():
-    of_step = 0.1 * 2.0 / 1e-6
+    of_step = 0.1 * 3.0 / 1e-6
     assert contact_of("ls-dyna-explicit", {"VDC": "20"}).stiffness == pytest.approx(of_step)
     stiff = contact_of("ls-dyna-explicit", {"k0": "1e7 N/m", "VDC": "20"})
     assert stiff.stiffness == pytest.approx(0.1 * 1e7)
-    assert stiff.damping == pytest.approx(0.2 * 2 * math.sqrt(1e6 * 2.0))
+
+
+@pytest.mark.parametrize(("slave", "master"), [(3.0, 6.0), (6.0, 3.0), (4.0, 4.0), (1.0, 1e12)])
+def test_ls_dyna_has_the_critical_damping_of_its_lighter_node(slave, master):
+    """2mω with m = min(mslave, mmaster), ω = √(k(mslave + mmaster)/(mmaster mslave)); SOFT = 1 has the same m."""
+    around = Around(mass=slave * master / (slave + master), lighter=min(slave, master), step=1e-3)
+    found = contact_of("ls-dyna-explicit", {"k0": "1e7 N/m", "VDC": "20"}, around)
+    omega = math.sqrt(1e6 * (slave + master) / (master * slave))
+    assert found.damping == pytest.approx(0.2 * 2 * min(slave, master) * omega)
+    soft = contact_of("ls-dyna-explicit", {}, around)
+    assert soft.stiffness == pytest.approx(0.1 * min(slave, master) / 1e-6)
+
+
+def test_without_the_lighter_mass_a_body_meets_a_wall_and_a_wrong_one_is_refused():
+    wall, both = (contact_of("ls-dyna-explicit", {"VDC": "20"}, Around(2.0, each, 1e-3)) for each in (None, 2.0))
+    assert vars(wall) == vars(both)
+    for mass in (1.9, 4.1):
+        with pytest.raises(ValueError, match="one to two times the reduced mass"):
+            contact_of("ls-dyna-explicit", {}, replace(AROUND, lighter=mass))
 
 
 def test_impact_material_is_made_as_the_wiki_says():
@@ -137,6 +155,16 @@ def test_comsol_has_the_modulus_over_the_smallest_element():
     found = contact_of("comsol", {"E_char": "2e11", "hmin": "1 mm", "tau": "1 us"})
     assert found.stiffness == pytest.approx(2e11 / 1e-3 * 1.2e-4)
     assert found.damping == pytest.approx(1e-6 * found.stiffness)
+
+
+def test_the_damper_of_comsol_acts_only_while_the_overclosure_is_increasing():
+    """All energy of its spring at the deepest penetration comes back: e = ω δₘ/v₀, of a damped quarter of a cycle."""
+    words = {"pn": "1e10", "tau": "0.5 ms"}
+    found = translate(codes()["comsol"], words, PHYSICAL, AROUND)
+    omega = math.sqrt(found.contact.stiffness / 2.0)
+    ratio = 0.5 * 0.5e-3 * omega
+    damped = math.sqrt(1 - ratio**2)
+    assert found.restitution == pytest.approx(math.exp(-ratio * math.acos(ratio) / damped))
 
 
 # --- another law ------------------------------------------------------------------------------------------------------
@@ -239,6 +267,22 @@ def test_the_command_prints_both_and_the_middle(capsys):
     found = json.loads(run(capsys, *asked, "--json")[1].out)
     assert found["contact"]["stiffness"] == 2000.0
     assert found["written"][0]["units"] == {"k": "N/mm", "c": "N·s/mm", "d": "mm"}
+
+
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("ansys", "the words of Ansys Mechanical APDL for a contact are not known; give one of physical"),
+        ("ode", "did you mean gazebo? give one of physical"),
+        ("Mujuco", "did you mean mujoco?"),
+        ("lsdyna", "did you mean ls-dyna-explicit?"),
+        ("xyz", "there is no such code; give one of physical"),
+    ],
+)
+def test_a_code_whose_words_are_not_known_is_refused_with_the_name_that_is_near(capsys, key, said):
+    status, printed = run(capsys, "--from", key, "--to", "adams")
+    assert status == 2
+    assert said in printed.err
 
 
 def test_codes_alone_shows_them(capsys):

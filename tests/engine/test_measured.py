@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from vibroscope.app.explorer.measured import comparison_rows
 from vibroscope.engine import (
     Measurement,
     Newmark,
@@ -77,6 +78,17 @@ def test_noise_period_and_frequency_of_a_measurement_are_found():
         assert found.period == period
         assert found.noise == pytest.approx(noise, rel=0.1)
         assert found.eta == pytest.approx(eta, rel=1e-3)
+
+
+@pytest.mark.parametrize(("noise", "found"), [(0.0, 0.0), (1e-13, 0.0), (1e-9, pytest.approx(1e-9, rel=0.1))])
+def test_data_without_noise_have_none(noise, found):
+    time = np.linspace(0, 8 * 2 * np.pi / 1.3, 400)
+    exact = np.stack([2 * np.cos(1.3 * time), np.sin(1.3 * time + 0.2)])
+    rows = exact + noise * np.random.default_rng(0).standard_normal(exact.shape)
+    measurement = Measurement(time, rows, None, "absolute")
+    assert recurrence(measurement, 1.3).noise == found
+    compared = compare_measured(System(clearance=50.0), 1.3, measurement, Newmark(200, 5, 200))
+    assert (comparison_rows(compared)[2][1] == "no noise beyond rounding") == (found == 0.0)
 
 
 @pytest.mark.parametrize("per_period", [6, 8, 10, 13.3, 20])

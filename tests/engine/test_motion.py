@@ -1,6 +1,7 @@
 """Types of motions and the numbers of a cycle: the paper's four motions, and one of each type."""
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -98,6 +99,14 @@ def test_the_impulse_without_lasting_contact_is_that_of_the_impacts():
     pressed = motion(SYSTEM, 2.76, ExactPenalty(12000, 18))
     run = simulate(SYSTEM, 2.76, ExactPenalty(12000, 18))
     assert pressed.impulse == pytest.approx(run.impacts.impulse.sum() / run.keep, rel=1e-5)
+
+
+@pytest.mark.parametrize("method", [Reference(), ExactPenalty(1000, 5), Newmark(1000, 5, 500)])
+def test_a_motion_that_touches_nothing_has_no_impulse(method):
+    """Its terms cancel but for rounding."""
+    assert motion(System(clearance=50.0), 1.2, method).impulse == 0.0
+    pressed = motion(System(wall=True, clearance=-60.0), 1.2, method)
+    assert pressed.impulse == pytest.approx(60 * 2 * math.pi / 1.2, rel=0.1)
 
 
 def test_the_impulse_of_permanent_contact_is_the_integral_of_its_force():

@@ -116,7 +116,9 @@ def test_stiffness_that_follows_the_step():
     system, eta = System(), 2.76
     stiffness = stiffness_of_step(system, eta, 2000, 0.1)
     step = 2 * math.pi / eta / 2000
-    assert stiffness == pytest.approx(0.1 * system.mass_share / step**2)
+    assert stiffness == pytest.approx(0.1 * min(1.0, system.mass_ratio) / step**2)  # of the lighter body
+    heavy = System.from_mass_ratio(3.0)
+    assert stiffness_of_step(heavy, eta, 2000, 0.1) == pytest.approx(0.1 / step**2)
     assert stiffness_of_step(system, eta, 4000, 0.1) == pytest.approx(4 * stiffness)
 
 

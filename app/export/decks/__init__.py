@@ -22,7 +22,7 @@ def usual_length(code: str, system: System, eta: float, steps: int, initial: Seq
     measurement of it is compared, to its first contact at least.
     """
     drives = system.excitation.drives
-    wanted = PERIODS if drives else free_length(system, eta, initial)["periods"]
+    wanted = PERIODS if drives else free_length(system, eta, initial, contacts=1)["periods"]
     periods = max(1, min(wanted, getattr(DECKS[code], "MOST_STEPS", wanted * steps) // steps))
     return periods, min(KEEP, periods) if drives else periods
 

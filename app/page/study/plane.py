@@ -488,7 +488,7 @@ def _cell(result: PartialPlane, side: str, place: tuple[int, int]) -> str:
     if not math.isfinite(period):
         return "not computed yet."
     text = _repetition(result, side, place)
-    text += f", impacts per period {impacts:.3g}, longest contact {steps:.3g} steps"
+    text += f", impacts per period {impacts:.3g}, longest contact {written(steps, 3)} steps"
     if result.question.errors:
         error = result.shown(side, "error")[place]
         text += f", error {percent(error)}" if math.isfinite(error) else ", no error: the motions keep no step"

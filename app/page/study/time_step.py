@@ -16,7 +16,7 @@ from vibroscope.app.page.shared.seen import say
 from vibroscope.app.page.study.tab import StudyView, engine_obstacle, free_obstacle, method_lines
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.time_step import SAMPLE, STEPS, TRANSIENT, PartialStep, StepQuestion, grow_step
-from vibroscope.engine import STATUSES, Status, percent
+from vibroscope.engine import STATUSES, Status, percent, written
 from vibroscope.engine.facts import Amount, Statement, Symbol, joined, stated
 from vibroscope.engine.sweeps import SCHEMES
 
@@ -233,7 +233,7 @@ def _motion(result: PartialStep, index: int, scheme: str) -> str | Statement:
         begin, about = (": ", "") if "blurred" in words else ("; ", " about the cycle")
         blur = stated("{}{}{} over {} periods", begin, amount, about, str(SAMPLE))
     against = f"; error against the reference {percent(error)}" if math.isfinite(error) else ""
-    return stated("{}{}; longest contact {} steps{}.", words, blur, f"{steps:.3g}", against)
+    return stated("{}{}; longest contact {} steps{}.", words, blur, written(steps, 3), against)
 
 
 def _orders(result: PartialStep, name: str) -> str:

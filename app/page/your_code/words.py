@@ -29,7 +29,9 @@ def translation(code: Code, chosen: Mapping[str, object], setting: Setting) -> T
     numbers = {name: chosen[name] or None for name in FIELDS}
     if setting.scale:
         units, system = setting.own_units, setting.system
-        numbers["mass"] = numbers["mass"] or units.physical("mass", system.mass_share)
+        if numbers["mass"] is None:
+            masses = {"mass": system.mass_share, "lighter": system.lighter_mass}
+            numbers |= {name: units.physical("mass", mass) for name, mass in masses.items()}
         numbers["step"] = units.settings(setting.eta, setting.penalty)["time_step"]
         numbers["area"] = units.physical("area", chosen["area"]) or None
     target = translated_codes(write=True).get(str(chosen["target"]), PHYSICAL)
