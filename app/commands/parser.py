@@ -5,8 +5,6 @@ import difflib
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
-from vibroscope.engine.arguments import near_names
-
 # Whatever takes a file has a metavar that begins so. `vibroscope completion` says how a shell completes one.
 NAMES_OF_FILES = ("FILE", "PATH")
 COMPLETED_AS_FILES: dict[str, str] = {}
@@ -61,6 +59,8 @@ def option(name: str) -> str:
 
 def entries(kind: str, names: Sequence[str], known: Mapping[str, Entry]) -> list[Entry]:
     """The entries of a table that are named, all where none is; raises ValueError for one that it does not have."""
+    from vibroscope.engine.arguments import near_names  # the command line begins before the engine is imported
+
     for name in names:
         if name not in known:
             near = near_names(name, known)

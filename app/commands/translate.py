@@ -48,7 +48,7 @@ def add(command: OneLineParser) -> None:
         help="what of the damper stays: its coefficient, where both laws have one of the same kind, or the "
         "restitution (default %(default)s)",
     )
-    command.set_defaults(system=SI)
+    command.set_defaults(file=SI)
 
 
 def run(options: argparse.Namespace) -> Report:

@@ -30,7 +30,7 @@ typed = read_setting(plain_texts({{"impact_time": {{"typed": "100 ms"}}}}, setti
 parser = OneLineParser()
 add_fields(parser, "impact_time")
 options = parser.parse_args(["--impact-time", "100 ms"])
-options.system, options.eta = parse_system(b"[units]\\nomega1 = 10.0\\n"), 1.0
+options.file, options.eta = parse_system(b"[units]\\nomega1 = 10.0\\n"), 1.0
 resolve_units(options)
 shown = shown_field("impact_time", setting).measure(0.75)
 print(json.dumps([again == setting, shown, typed.impact_time, options.impact_time, parser.format_help()]))
