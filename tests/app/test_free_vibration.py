@@ -20,6 +20,7 @@ from vibroscope.app.page.study.plane import Plane
 from vibroscope.app.page.study.speed import Speed
 from vibroscope.app.page.study.time_step import TimeStep
 from vibroscope.app.page.tab import Move
+from vibroscope.app.studies.your_code import grow_code, question_of
 from vibroscope.engine import System, compare_measured, measured_verdict, synthetic_measurement, system_text
 
 from tests.app.fakes import Asked, FakeHost
@@ -246,6 +247,8 @@ def test_the_page_compares_a_free_vibration_over_as_many_periods_as_the_command(
     assert f"differ by {words[2]} (rms)" in said
     shown = runs.penalty.trace, runs.reference.trace
     apart = np.interp(shown[0].time, shown[1].time, shown[1].displacement[0]) - shown[0].displacement[0]
+    of_tab = next(partial for partial in grow_code(question_of(short), None, lambda: False) if partial.judged)
+    assert of_tab.judged[0].outcome.total == pytest.approx(found.parts["total"])  # what is set, among the rules
     drawn = found.series["total"][0]
     assert np.abs(drawn).max() == pytest.approx(np.abs(apart).max(), rel=0.05)
     assert f"in {TRACE_PERIODS} periods T" in str(found.kinds["reference"])
