@@ -3,8 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.motions.description import peak_force
-from vibroscope.engine.result import Response
+from vibroscope.engine.contact import spring_duration
+from vibroscope.engine.motions.description import chatter_before, peak_force
+from vibroscope.engine.motions.tolerances import SHORT_CONTACT
+from vibroscope.engine.result import Response, Trajectory
 
 # The numbers of `peaks`, each with its quantity (`units.QUANTITIES`), in the order of tables.
 PEAKS = {
@@ -79,8 +81,10 @@ def peaks(response: Response) -> dict[str, float]:
     """Largest values of a sampled run, by the names of :data:`PEAKS`.
 
     Displacements and velocities are relative to the base, accelerations absolute; penetration, contact force, impulse
-    of one contact, closing speed and duration of one contact. What has no finite value (acceleration and force of an
-    impact without duration) or is not resolved by the samples is nan.
+    of one contact, closing speed and duration of one contact, all of what lies within the samples. For the impulse a
+    lasting contact and the chatter that leads into it count as one contact, whose impulse does not depend on how
+    many bounces a solution makes. The force of the reference is that of its permanent contacts. What has no finite
+    value (acceleration and force of an impact without duration) or is not resolved by the samples is nan.
 
     Raises
     ------
@@ -95,12 +99,13 @@ def peaks(response: Response) -> dict[str, float]:
     725, 0.020
     """
     sampled, c = _sampled(response), response.system
-    begin = sampled.time[0]
+    begin, end = sampled.time[[0, -1]]
     impacts, contacts = response.impacts, response.contacts[response.contacts[:, 1] > begin]
     met = impacts.time > begin
-    force = np.nan if response.method.rigid and met.any() else peak_force(response)
+    struck = response.method.rigid and met.any()
+    force = np.nan if struck and not len(contacts) else peak_force(response)
     acceleration = np.abs(absolute_accelerations(response)).max(axis=1)
-    if np.isnan(force):
+    if struck or np.isnan(force):
         acceleration = np.where([True, not c.wall], np.nan, acceleration)
     values = (
         *np.abs(sampled.displacement).max(axis=1),
@@ -108,11 +113,45 @@ def peaks(response: Response) -> dict[str, float]:
         *acceleration,
         max(0.0, -c.nearest_gap(*sampled.displacement).min()),
         force,
-        np.abs(impacts.impulse[met]).max(initial=0.0),
+        _largest_impulse(response, contacts),
         impacts.closing_speed[met].max(initial=0.0),
-        np.diff(contacts, axis=1).max(initial=0.0),
+        np.diff(np.clip(contacts, begin, end), axis=1).max(initial=0.0),
     )
     return dict(zip(PEAKS, map(float, values), strict=True))
+
+
+def _largest_impulse(response: Response, contacts: np.ndarray) -> float:
+    """The largest impulse of one contact of the samples, which ``contacts``, (m, 2), overlap.
+
+    A contact that lasts longer than SHORT_CONTACT durations of a contact alone, and each permanent contact of the
+    reference, is one with the impacts or contacts at the same stop that lead into it, each slower than the one before.
+    """
+    impacts, sampled = response.impacts, response.trajectory
+    size = np.where(impacts.time > sampled.time[0], impacts.impulse, 0.0)
+    last = np.searchsorted(impacts.time, contacts[:, 0], side="right") - 1
+    recorded = np.isin(contacts[:, 0], impacts.time) & (not response.method.rigid)  # with its whole impulse
+    lasting = np.ones(len(contacts), bool)
+    if recorded.any():
+        speeds = np.maximum(impacts.closing_speed[last[recorded]], np.finfo(float).tiny)
+        alone = spring_duration(response.system.mass_share, response.method, speeds)
+        lasting[recorded] = np.diff(contacts[recorded], axis=1)[:, 0] > SHORT_CONTACT * alone
+    found = np.abs(size).max(initial=0.0)
+    for contact, at, whole in zip(contacts[lasting], last[lasting].tolist(), recorded[lasting], strict=True):
+        led = size[max(chatter_before(impacts, at), 0) : at + 1]
+        other = np.flatnonzero(led * led[-1:] < 0.0)  # at the other stop
+        led = led[other[-1] + 1 :] if len(other) else led
+        found = max(found, abs(led.sum() + (0.0 if whole else _impulse_within(sampled, contact))))
+    return float(found)
+
+
+def _impulse_within(sampled: Trajectory, contact: np.ndarray) -> float:
+    """∫λ dτ of the samples over a contact, at whose ends the force may jump."""
+    begin, end = np.clip(contact, *sampled.time[[0, -1]])
+    inside = (sampled.time >= begin) & (sampled.time < end)
+    if not inside.any():
+        return 0.0
+    force, time = sampled.force[inside], sampled.time[inside]
+    return float(np.trapezoid([force[0], *force, force[-1]], [begin, *time, end]))
 
 
 def spectrum(response: Response, highest: float = 20.0) -> Spectrum:

@@ -347,7 +347,8 @@ def judge(
         return replace(found, alone=contact_alone(asked.system, asked.eta, method, math.nan))
     reference = reference or Reference()
     wanted = (method, reference)
-    known = [each for each in responses if each.method in wanted]
+    keep = options.get("keep")  # of a free vibration, which may be compared over longer than it is shown
+    known = [each for each in responses if each.method in wanted and keep in (None, each.keep)]
     try:
         found = compare(
             ComparisonQuestion(asked.system, asked.eta, method, reference=reference, **options),

@@ -15,7 +15,16 @@ from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import add_units_option, physical_part, wanted_units
 from vibroscope.app.commands.recommend import eta_range
 from vibroscope.app.commands.report import Line, Report, write_csv
-from vibroscope.app.studies.peaks import FEW, Read, kept_text, off_text, read_off, sampled
+from vibroscope.app.studies.peaks import (
+    FEW,
+    Read,
+    difference_text,
+    has_impacts,
+    impacts_note,
+    kept_text,
+    read_off,
+    sampled,
+)
 from vibroscope.engine import (
     PEAKS,
     Method,
@@ -82,6 +91,7 @@ def table_of_peaks(found: dict[str, dict[str, float]], units: Units | None, syst
     """A table: each peak of one solution or both, and how far the second, the penalty solution, is off."""
     both = ("difference",) if len(found) > 1 else ()
     yield f"{'largest':{LABEL}}" + "".join(f"{name:>{COLUMN}}" for name in (*found, *both))
+    struck = both and has_impacts(next(iter(found.values())))
     columns = [peaks_in_units(values, units) if units else values for values in found.values()]
     for name in PEAKS:
         if system.wall and name.endswith("2"):
@@ -89,7 +99,7 @@ def table_of_peaks(found: dict[str, dict[str, float]], units: Units | None, syst
         values = [column[name] for column in columns]
         label = name.replace("_", " ").replace("1", " 1").replace("2", " 2")
         cells = "".join(f"{written(value) if np.isfinite(value) else '-':>{COLUMN}}" for value in values)
-        off = f"{off_text(*values) or '-':>{COLUMN}}" if both else ""
+        off = f" {difference_text(name, values, struck) or '-':>{COLUMN - 1}}" if both else ""
         yield f"{label:{LABEL}}{cells}{off}" + (f"  {units.unit(PEAKS[name])}" if units else "")
 
 
@@ -98,8 +108,8 @@ def _lines(
 ) -> Iterator[Line]:
     """The table, ``over`` which periods it is, and which run ended."""
     yield from table_of_peaks(found, units, system)
-    yield f"Over {over}; displacements and velocities relative to the base, accelerations absolute. An impact"
-    yield "of the reference has no duration: its acceleration and force are not finite."
+    yield f"Over {over}; displacements and velocities relative to the base, accelerations absolute."
+    yield from filter(None, [impacts_note(found["reference"])])
     yield from ended
 
 

@@ -27,6 +27,7 @@ from vibroscope.app.commands.physical_units import add_units_option, unit_names,
 from vibroscope.app.commands.report import Line, Report, Row, rows, write_csv
 from vibroscope.app.explorer.load_words import words_of_contact, words_of_difference, words_of_load, words_of_run
 from vibroscope.app.export.tables import columns_in_units
+from vibroscope.app.studies.peaks import impacts_note
 from vibroscope.engine import (
     Difference,
     ExactPenalty,
@@ -204,8 +205,9 @@ def _lines(
     if parts is not None:
         yield Row("difference", words_of_difference(parts), 110)
         yield from rows({"contact": words_of_contact(*runs.values())}, width=110)
-    yield "Displacements and velocities are relative to the base, accelerations absolute. An impact of the reference"
-    yield "has no duration: its acceleration and force are not finite."
+    yield "Displacements and velocities are relative to the base, accelerations absolute."
+    if "reference" in whole:
+        yield from filter(None, [impacts_note(whole["reference"].peaks)])
     yield from (f"{name}: {each.response.ending}" for name, each in runs.items() if not each.ok)
 
 

@@ -99,9 +99,17 @@ def run_length(system: System, eta: float, initial: Start) -> dict[str, int]:
     return {} if system.excitation.drives else dict(_free_length(system, eta, initial))
 
 
+def compared_length(system: System, eta: float, initial: Start) -> dict[str, int]:
+    """Periods over which both runs are compared: of a free vibration up to its second contact, as `compare` does.
+
+    They begin with those that `run_length` keeps, of which figures show `TRACE_PERIODS`.
+    """
+    return {} if system.excitation.drives else dict(_free_length(system, eta, initial, contacts=2))
+
+
 @lru_cache(maxsize=64)
-def _free_length(system: System, eta: float, initial: Start) -> dict[str, int]:
-    return free_length(system, eta, initial, contacts=1)  # its figures show TRACE_PERIODS
+def _free_length(system: System, eta: float, initial: Start, contacts: int = 1) -> dict[str, int]:
+    return free_length(system, eta, initial, contacts=contacts)
 
 
 def free_text(system: System, eta: float, initial: Start) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vibroscope.app.explorer.compute import RunPair, SolverRun, run_length
+from vibroscope.app.explorer.compute import RunPair, SolverRun, compared_length, run_length
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import shown_content, shown_text
 from vibroscope.app.explorer.method_words import force_text, words_of_method
@@ -99,8 +99,8 @@ class Explanation:
     details : tuple of str or Statement
         The numbers behind the headline.
     series : dict of str to (2, n) ndarray
-        The difference of ξ₁ and ξ₂, and its parts, over the last ``WINDOW`` periods, evenly spaced, both ends included;
-        empty where the motions are not in phase, so that a difference at an instant means nothing.
+        The difference of ξ₁ and ξ₂, and its parts, over the ``WINDOW`` periods that are shown, evenly spaced, both
+        ends included; empty where the motions are not in phase, so that a difference at an instant means nothing.
     alone : dict or None
         The difference over each number alone, :func:`alone_facts`; None where there is nothing to search for.
     """
@@ -139,6 +139,9 @@ def explain(
     ``on_alone`` gets `Explanation.alone` as far as it is known.
     """
     setting = runs.setting
+    start = setting.system, setting.eta, setting.initial
+    length = compared_length(*start)
+    known = [run.response for run in (runs.reference, runs.penalty)] if length == run_length(*start) else []
     try:
         comparison = compare(
             ComparisonQuestion(
@@ -147,9 +150,9 @@ def explain(
                 setting.penalty,
                 reference=setting.reference,
                 initial=setting.initial,
-                **run_length(setting.system, setting.eta, setting.initial),
+                **length,
             ),
-            responses=[run.response for run in (runs.reference, runs.penalty)],
+            responses=known,
             cancelled=cancelled,
         )
     except ValueError as error:  # a law without a solution in closed form has no parts
@@ -167,19 +170,21 @@ def explain(
         judged = getattr(found, name)
         if judged is not None and judged is not getattr(comparison, name):
             on_judged(name, judged)
+    # of a free vibration the words count its contacts in the periods that are shown
+    kinds = {name: getattr(runs, name).motion if comparison.is_free else getattr(found, name) for name in SOLVERS}
     difference = comparison.difference if comparison.parts and math.isfinite(comparison.difference.total) else None
     in_step = ("total", *PARTS) if comparison.pointwise else ()
     change, limit = _takeable(_change_texts(found.change, setting), setting)
     return Explanation(
         headline=found.headline + _shift_note(comparison) + limit,
         agree=found.agree,
-        kinds=motion_texts(setting, {"reference": found.reference, "penalty": found.penalty}),
+        kinds=motion_texts(setting, kinds),
         measure=_MEASURES[difference.measure] if difference else "",
         parts={"total": difference.total, **difference.parts} if difference else {},
         note=_parts_note(difference),
         change=change,
         details=found.details,
-        series={name: _last_periods(comparison, getattr(comparison.parts, name)[:2]) for name in in_step},
+        series={name: _shown_periods(comparison, getattr(comparison.parts, name)[:2]) for name in in_step},
         alone=found.alone and alone_facts(found.alone, setting),
     )
 
@@ -259,12 +264,16 @@ def _shift_note(comparison: Comparison) -> str:
     return f" They are drawn {counted(shift, 'period')} apart, and compared in step." if shift else ""
 
 
-def _last_periods(comparison: Comparison, rows: np.ndarray) -> np.ndarray:
-    """The last ``WINDOW`` periods, (2, n), of rows that are sampled over all kept periods."""
-    tail = rows[:, -WINDOW * (rows.shape[1] // comparison.parts.periods) :]
-    old = np.arange(tail.shape[1]) * WINDOW / tail.shape[1]
+def _shown_periods(comparison: Comparison, rows: np.ndarray) -> np.ndarray:
+    """The ``WINDOW`` periods of the figures, (2, n), of rows that are sampled over all kept periods.
+
+    They are the last ones; of a free vibration the first ones, since it is compared over longer than it is shown.
+    """
+    count = WINDOW * (rows.shape[1] // comparison.parts.periods)
+    part = rows[:, :count] if comparison.is_free else rows[:, -count:]
+    old = np.arange(count) * WINDOW / count
     new = np.linspace(0, WINDOW, TIME_POINTS)
-    return np.stack([np.interp(new, old, row) for row in tail]).astype(np.float32)
+    return np.stack([np.interp(new, old, row) for row in part]).astype(np.float32)
 
 
 def _change_texts(change: dict[str, float | bool | str], setting: Setting) -> dict[str, str]:

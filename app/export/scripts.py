@@ -10,7 +10,7 @@ from shlex import quote
 from textwrap import indent
 
 from vibroscope import engine
-from vibroscope.app.explorer.compute import run_length
+from vibroscope.app.explorer.compute import compared_length, run_length
 from vibroscope.app.explorer.parameters import FIELDS, STEPPING_FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import units_table
@@ -39,7 +39,8 @@ def as_python(setting: Setting) -> str:
     """A script that runs both solvers as the page did, and compares them."""
     p = setting.penalty
     start = "" if setting.from_rest else f", initial={setting.initial}"
-    start += "".join(f", {name}={periods}" for name, periods in _length(setting).items())
+    length = compared_length(setting.system, setting.eta, setting.initial)
+    start += "".join(f", {name}={periods}" for name, periods in length.items())
     runs = f"""system = {_system(setting.system)}
 reference = simulate(system, {setting.eta!r}, {method_python(setting.reference)}{start})
 penalty = simulate(

@@ -1,6 +1,6 @@
 """What an analyst reads off both solutions, from one sampled run each. No panel import."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -100,6 +100,27 @@ def off_text(reference: float, penalty: float) -> str:
     off = (penalty - reference) / reference
     text = percent(abs(off))
     return text if text == percent(0.0) else f"{'+' if off > 0 else '-'}{text}"
+
+
+def difference_text(name: str, values: Sequence[float], struck: bool) -> str:
+    """How far a peak is off, as :func:`off_text`.
+
+    Where the reference has impacts (``struck``), its force is that of permanent contact alone and not compared.
+    """
+    return "" if struck and name == "contact_force" else off_text(*values)
+
+
+def has_impacts(reference: Mapping[str, float]) -> bool:
+    """Whether the reference has impacts, by its peaks: their acceleration is not finite."""
+    return bool(np.isnan(reference["acceleration1"]) and np.isfinite(reference["displacement1"]))
+
+
+def impacts_note(reference: Mapping[str, float]) -> str:
+    """Why the reference has no acceleration and which force it has; empty where it has no impacts, or no peaks."""
+    if not has_impacts(reference):
+        return ""
+    force = "; its contact force is that of permanent contact" if np.isfinite(reference["contact_force"]) else ""
+    return f"An impact of the reference has no duration: its acceleration and force are not finite{force}."
 
 
 def read_off(response: Response) -> Read:

@@ -154,7 +154,6 @@ def _judge(rule: Rule, question: CodeQuestion, cancelled: Callable[[], bool]) ->
         responses=[run.response for run in (runs.reference, runs.penalty)] if runs else (),
         initial=setting.initial,
         cancelled=cancelled,
-        **run_length(setting.system, setting.eta, setting.initial),
     )
     return Judged(outcome, small_orbit(runs.penalty.orbit, setting) if runs else empty)
 

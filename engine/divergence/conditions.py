@@ -12,9 +12,10 @@ import numpy as np
 from vibroscope.engine.contact import contact_time, effective_restitution, equal_damping
 from vibroscope.engine.divergence.compare import Comparison
 from vibroscope.engine.divergence.encounters import delivered_restitution
-from vibroscope.engine.divergence.tolerances import RESOLVED, SAME_RESTITUTION, SHORT_CONTACT
+from vibroscope.engine.divergence.tolerances import RESOLVED, SAME_RESTITUTION
 from vibroscope.engine.methods import DAMPING_RANGE, ExactPenalty, TimeStepping
 from vibroscope.engine.model import System
+from vibroscope.engine.motions.tolerances import SHORT_CONTACT
 from vibroscope.engine.motions.words import stays_together
 from vibroscope.engine.one_impact.of_system import ContactAlone, contact_alone, span_as_dict
 from vibroscope.engine.wording import finite_or_none, rounded, rounded_to

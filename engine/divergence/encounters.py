@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from vibroscope.engine.contact import spring_duration
 from vibroscope.engine.divergence.grid import rms
-from vibroscope.engine.divergence.tolerances import NEAR_ENCOUNTER, SHORT_CONTACT
+from vibroscope.engine.divergence.tolerances import NEAR_ENCOUNTER
+from vibroscope.engine.motions.tolerances import SHORT_CONTACT
 from vibroscope.engine.result import Response
 
 

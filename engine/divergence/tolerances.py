@@ -22,7 +22,6 @@ SAME_DURATION = 0.25  # relative: a duration that is further from another is no 
 # Contacts
 
 NEAR_ENCOUNTER = 0.125  # excitation periods: an impact and a contact that are further apart do not belong together
-SHORT_CONTACT = 2.0  # durations of a contact alone; in longer ones other forces press the pendulums together
 SAME_RESTITUTION = 0.15  # of 1: a restitution that a contact would deliver alone may be off by so much
 AS_ASKED = 0.07  # relative: a restitution that is measured is as asked
 RESOLVED = 10.0  # steps in a contact: with fewer, the restitution depends on where in a step it begins

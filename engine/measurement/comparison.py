@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from vibroscope.engine.divergence.grid import rms
-from vibroscope.engine.facts import ETA, OMEGA1, Amount, Statement, equation, joined, stated
+from vibroscope.engine.facts import ETA, OMEGA1, Amount, Statement, equation, joined, sentence, stated
 from vibroscope.engine.measurement.cycle import (
     Alignment,
     Cycle,
@@ -21,6 +21,7 @@ from vibroscope.engine.measurement.cycle import (
     align,
     best_phase,
     free_motion,
+    held_words,
     penalty_cycle,
     reference_cycle,
 )
@@ -140,21 +141,23 @@ def explaining_reading(
     Cancelled
         If ``cancelled`` returned true.
     """
-    thin = measurement.thinned(_SAMPLES)
+    thin, grid = measurement.thinned(_SAMPLES), cycle.phases(measurement)
     noise = WITHIN_NOISE * noise / max(rms(thin.displacement), 1e-300)
     found: list[Reading] = []
     bodies = len(thin.displacement)
     for swapped in (False, True)[:bodies]:
         for frame, signs in itertools.product(cycle.frames, itertools.product((1.0, -1.0), repeat=bodies)):
             check_cancelled(cancelled)
-            found += _readings(cycle, thin, swapped, frame, np.array(signs))
+            found += _readings(cycle, thin, grid, swapped, frame, np.array(signs))
     enough = max(HARDLY_MORE * min(reading.rms for reading in found), noise)
     best = min((reading for reading in found if reading.rms <= enough), key=lambda one: (one.changes, one.rms))
     explains = best.rms <= max(EXPLAINS * off, min(noise, off / 2))
     return best if best.changes and explains else None
 
 
-def _readings(cycle: Cycle, thin: Measurement, swapped: bool, frame: str, signs: np.ndarray) -> Iterator[Reading]:
+def _readings(
+    cycle: Cycle, thin: Measurement, grid: np.ndarray, swapped: bool, frame: str, signs: np.ndarray
+) -> Iterator[Reading]:
     """The readings in this order, frame and with these signs: as large as the file says or about as the reference."""
     given = signs[:, None] * (thin.displacement[::-1] if swapped else thin.displacement)
     sizes = (values.std(axis=1) for values in (cycle.displacement(thin.time, frame)[: len(given)], given))
@@ -162,7 +165,7 @@ def _readings(cycle: Cycle, thin: Measurement, swapped: bool, frame: str, signs:
     units = np.array([min(_UNITS, key=lambda unit: abs(np.log(unit / one))) for one in ratio])
     known = np.abs(np.log(units / ratio)) < np.log(SAME_SIZE)
     shown = replace(thin, displacement=np.where(known, units, ratio)[:, None] * given, frame=frame, mean_known=False)
-    phase = best_phase(cycle, shown, frame)
+    phase = best_phase(cycle, shown, frame, grid)
     solution = cycle.displacement(thin.time + phase, frame)[: len(given)]
     centred, wanted = (values - values.mean(axis=1, keepdims=True) for values in (given, solution))
     fitted = np.sum(centred * wanted, axis=1) / np.maximum(np.sum(centred**2, axis=1), 1e-300)
@@ -297,17 +300,20 @@ def compare_measured(
     reference = reference or Reference()
     options = {"initial": initial, "cancelled": cancelled}
     if not system.excitation.repeats:
-        exact, newmark = (free_motion(system, eta, one, measurement.span, **options) for one in (reference, penalty))
+        exact, newmark = (free_motion(system, eta, one, measurement, **options) for one in (reference, penalty))
         own = free_record(measurement, exact.response.eta)
     else:
         own = recurrence(measurement, eta)
         exact = reference_cycle(system, eta, reference, **options)
         newmark = penalty_cycle(system, eta, penalty, periods, **options)
-    solved, reading = _solved(measurement, exact), None
+    solved, other = (_solved(measurement, run) for run in (exact, newmark))
+    if not system.excitation.repeats:
+        solved, other = _from_one_start(measurement, (solved, other), (exact, newmark))
+    reading = None
     off = solved.alignment is not None and not solved.alignment.is_within(own.noise)
     if off and own.possible and exact.cycle.slopes.any():
         reading = explaining_reading(exact.cycle, measurement, solved.alignment.rms, own.noise, cancelled)
-    return MeasuredComparison(measurement, own, solved, _solved(measurement, newmark), reading)
+    return MeasuredComparison(measurement, own, solved, other, reading)
 
 
 def _solved(measurement: Measurement, run: SettledRun) -> Solved:
@@ -318,6 +324,18 @@ def _solved(measurement: Measurement, run: SettledRun) -> Solved:
     aligned = None if cycle is None else align(cycle, measurement)
     described = describe(response)
     return Solved(response, period, described.impacts_per_period, described.contact_share, aligned)
+
+
+def _from_one_start(
+    measurement: Measurement, solved: Sequence[Solved], runs: Sequence[SettledRun]
+) -> tuple[Solved, ...]:
+    """Both solutions with the start of the record at which the nearer one fits: a sensor has one trigger."""
+    aligned = [each.alignment for each in solved]
+    if None in aligned:
+        return tuple(solved)
+    phase = min(aligned, key=lambda one: one.rms).phase
+    moved = (align(run.cycle, measurement, phase) for run in runs)
+    return tuple(replace(each, alignment=one) for each, one in zip(solved, moved, strict=True))
 
 
 def measured_verdict(compared: MeasuredComparison) -> Statement:
@@ -361,6 +379,9 @@ def _sentences(compared: MeasuredComparison) -> Iterator[str | Statement]:
     yield _solution_sentence("penalty solution", compared.penalty, compared)
     if nearer := _nearer_sentence(compared):
         yield nearer
+    held = next((a for a in (compared.reference.alignment, compared.penalty.alignment) if a and a.held), None)
+    if held is not None:
+        yield sentence(held_words(held.phase))
     if compared.reading is not None:
         yield compared.reading.sentence
 

@@ -23,9 +23,10 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.engine.divergence.grid import rms
 from vibroscope.engine.drivers.section import LONGEST_NEAR_PERIOD, near_period_of
+from vibroscope.engine.facts import Amount, Statement, stated
 from vibroscope.engine.measurement.measurement import FRAMES, Measurement
 from vibroscope.engine.measurement.recurrence import Sensor, summarise_sensor
-from vibroscope.engine.measurement.tolerances import EARLY, INSTANT, LATE, WITHIN_NOISE
+from vibroscope.engine.measurement.tolerances import AT_BOUND, INSTANT, STILL, TRIGGER, WITHIN_NOISE
 from vibroscope.engine.methods import ExactPenalty, Method, Reference, TimeStepping
 from vibroscope.engine.model import System
 from vibroscope.engine.motions.motion import SAMPLES_PER_PERIOD
@@ -83,11 +84,11 @@ class Cycle:
         """The instants τ since the beginning, within the cycle."""
         return np.mod(time, self.length) if self.repeats else np.clip(time, 0.0, self.length)
 
-    def phases(self, span: float) -> np.ndarray:
-        """Instants at which a measurement that lasts so long may have begun, equally spaced, more than one."""
+    def phases(self, measurement: Measurement) -> np.ndarray:
+        """Instants at which a measurement may have begun, equally spaced, more than one."""
         if self.repeats:
             return np.arange(0, self.length, self.length / (SHIFTS * self.periods))
-        return span * np.linspace(-EARLY, LATE, SHIFTS, endpoint=False)
+        return np.linspace(*free_offsets(measurement), SHIFTS)
 
     def displacement(self, time: np.ndarray, frame: str = "relative") -> np.ndarray:
         """Return ξ₁ and ξ₂ at the instants τ, (2, n), relative to the base or ``"absolute"``."""
@@ -124,6 +125,37 @@ class Cycle:
         return closed
 
 
+def free_offsets(measurement: Measurement) -> tuple[float, float]:
+    """The first and the last τ since the start of a motion at which a measurement of it may have begun.
+
+    A trigger misses the start by a few samples, and before it the record may show the bodies at rest. A longer shift
+    would lay a solution over other oscillations of the record, and hide how far it is off.
+    """
+    rows, interval = measurement.displacement, sampling_interval(measurement)
+    far = np.abs(rows - rows[:, :1]) > STILL * np.ptp(rows, axis=1, keepdims=True)
+    held = measurement.time[np.argmax(far.any(axis=0))]  # 0 of a record in which nothing moves
+    return -float(held - measurement.time[0]) - TRIGGER * interval, TRIGGER * interval
+
+
+def sampling_interval(measurement: Measurement) -> float:
+    """The median τ between samples."""
+    return float(np.median(np.diff(measurement.time)))
+
+
+def held_by_trigger(phase: float, measurement: Measurement) -> bool:
+    """Whether a measurement of a motion from its start begins as early or as late as is allowed."""
+    early, late = free_offsets(measurement)
+    return not early + AT_BOUND < phase < late - AT_BOUND
+
+
+def held_words(phase: float) -> Statement:
+    """Say that a record begins as early or as late as is allowed, where another start may fit better."""
+    side, most = ("after", "") if phase > 0 else ("before", "as long as it shows no motion, and ")
+    most = f"the most that is allowed ({most}{TRIGGER:g} samples)"
+    words = f"the record fits best if it begins {{}} {side} the start, {most}: check the start that is given, and where"
+    return stated(f"{words} the record begins", Amount(abs(phase), "time", 3))
+
+
 class SettledRun(NamedTuple):
     """A run and the cycle that it settles to; None if it diverged or does not repeat itself."""
 
@@ -147,13 +179,13 @@ def penalty_cycle(system: System, eta: float, method: TimeStepping, periods: int
     return SettledRun(response, _last_cycle(response, period) if period else None)
 
 
-def free_motion(system: System, eta: float, method: Method, span: float, **options) -> SettledRun:
-    """Return the motion from its start, as long as a measurement of that span needs.
+def free_motion(system: System, eta: float, method: Method, measurement: Measurement, **options) -> SettledRun:
+    """Return the motion from its start, as long as a measurement needs.
 
     Nothing drives the bodies, or a load that is no harmonic: then ``steps`` are those in 2π/ω₁. ``options``: initial
     and cancelled, as of :func:`engine.simulate`.
     """
-    load, end = system.excitation.load, (1 + LATE) * span
+    load, end = system.excitation.load, measurement.span + free_offsets(measurement)[1]
     contact = np.pi / math.sqrt(1.0 if method.rigid else method.stiffness)  # as long as a contact, at most about
     if load is not None:
         system, method = under_load(system, load, method, max(0.0, end - load.end))
@@ -204,6 +236,8 @@ class Alignment:
     offset : (2,) or (1,) ndarray
         Mean of measured − solution, in base amplitudes; if it is not small, a sensor has a zero error, or measured
         accelerations.
+    held : bool
+        Of a motion from its start: whether τ₀ is as early or as late as is allowed, so that another one may fit better.
     displacement : (2, n) or (1, n) ndarray
         The solution at the instants of the measurement, in its frame.
     sensor : Sensor
@@ -218,6 +252,7 @@ class Alignment:
     rms: float
     channels: np.ndarray
     offset: np.ndarray
+    held: bool
     displacement: np.ndarray
     sensor: Sensor
     closing_error: float | None
@@ -227,8 +262,8 @@ class Alignment:
         return rms(self.channels) <= WITHIN_NOISE * noise
 
 
-def align(cycle: Cycle, measurement: Measurement) -> Alignment:
-    """Align a cycle with a measurement at the phase of the least squares.
+def align(cycle: Cycle, measurement: Measurement, phase: float | None = None) -> Alignment:
+    """Align a cycle with a measurement at the phase of the least squares, or at a given one.
 
     Raises
     ------
@@ -240,33 +275,35 @@ def align(cycle: Cycle, measurement: Measurement) -> Alignment:
         raise ValueError(
             "an acceleration of the base does not show where the base is: give displacements relative to it, xi1, xi2"
         )
-    phase = best_phase(cycle, measurement, frame)
+    if phase is None:
+        phase = best_phase(cycle, measurement, frame, cycle.phases(measurement))
     displacement = cycle.displacement(measurement.time + phase, frame)
     difference = measurement.residual(displacement)
-    touching = cycle.touching(measurement.time + phase, float(np.median(np.diff(measurement.time))))
+    touching = cycle.touching(measurement.time + phase, sampling_interval(measurement))
     return Alignment(
         phase=phase,
         rms=rms(difference) / max(rms(measurement.displacement), 1e-300),
         channels=np.sqrt(np.mean(difference**2, axis=1)),
         offset=(measurement.displacement - displacement[: len(difference)]).mean(axis=1),
+        held=not cycle.repeats and held_by_trigger(phase, measurement),
         displacement=displacement[: len(difference)],
         sensor=summarise_sensor(measurement.time, touching, cycle.eta),
         closing_error=_closing_error(cycle, measurement, phase),
     )
 
 
-def best_phase(cycle: Cycle, measurement: Measurement, frame: str) -> float:
+def best_phase(cycle: Cycle, measurement: Measurement, frame: str, grid: np.ndarray) -> float:
     """Return τ₀ in [0, pT) of the least squares: the best of a grid, refined by Gauss–Newton steps.
 
-    Of a motion from its start it is the time since then, and negative if the measurement began before.
+    Of a motion from its start it is the time since then, within the grid, and negative if the measurement began before.
     """
     thin = measurement.thinned(1000)  # samples are enough for the grid
-    grid = cycle.phases(measurement.span)
     phase = min(grid, key=lambda shift: np.sum(_difference(cycle, thin, shift, frame) ** 2))
     for _ in range(8):  # Gauss–Newton steps
         slope = cycle.velocity(measurement.time + phase, frame)[: len(measurement.displacement)]
         step = np.sum(slope * _difference(cycle, measurement, phase, frame)) / max(np.sum(slope**2), 1e-300)
         phase += np.clip(step, grid[0] - grid[1], grid[1] - grid[0])
+        phase = phase if cycle.repeats else np.clip(phase, grid[0], grid[-1])
     return float(cycle.within(phase) if cycle.repeats else phase)
 
 

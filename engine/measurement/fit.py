@@ -30,7 +30,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from vibroscope.engine.arguments import shown
 from vibroscope.engine.facts import Amount, Statement, equation, stated
-from vibroscope.engine.measurement.cycle import Cycle, align, free_motion, reference_cycle
+from vibroscope.engine.measurement.cycle import (
+    Cycle,
+    align,
+    free_motion,
+    free_offsets,
+    held_by_trigger,
+    held_words,
+    reference_cycle,
+)
 from vibroscope.engine.measurement.measurement import Measurement
 from vibroscope.engine.measurement.recurrence import free_record, recurrence
 from vibroscope.engine.measurement.tolerances import (
@@ -98,8 +106,9 @@ class FitProblem:
         self.system, self.eta, self.measurement, self.names = system, eta, measurement, names
         self.method, self.cancelled, self.initial = method, cancelled, initial
         self.last_state = REST  # of the last cycle found
-        self.lower = np.append([-np.inf if name in ZEROS else 0.0 for name in names], -np.inf)
-        self.upper = np.append([UPPER.get(name, np.inf) for name in names], np.inf)
+        early, late = (-np.inf, np.inf) if system.excitation.repeats else free_offsets(measurement)
+        self.lower = np.append([-np.inf if name in ZEROS else 0.0 for name in names], early)
+        self.upper = np.append([UPPER.get(name, np.inf) for name in names], late)
 
     def guesses(self) -> list[np.ndarray]:
         """Return different initial values of the constants, each within its range."""
@@ -152,8 +161,8 @@ class FitProblem:
         fitted = zip(self.names, parameters[: len(self.names)].tolist(), strict=True)
         method = replace(self.method, **{CONTACT[name]: value for name, value in fitted if name in CONTACT})
         if not system.excitation.repeats:
-            span = self.measurement.span
-            return free_motion(system, self.eta, method, span, initial=self.initial, cancelled=cancelled).cycle
+            options = {"initial": self.initial, "cancelled": cancelled}
+            return free_motion(system, self.eta, method, self.measurement, **options).cycle
         found = reference_cycle(system, self.eta, method, initial=self.last_state, cancelled=cancelled)
         if found.cycle is not None:
             # rounding may leave pendulums that touch in each other
@@ -469,6 +478,8 @@ def _remarks(problem, best, determined, correlation, residuals, deviation, noise
     for name, value, lower, upper in zip(names, best, problem.lower, problem.upper, strict=False):
         if name in determined and not lower + AT_BOUND < value < upper - AT_BOUND:
             yield f"{name} ended at the edge of its range, where the standard errors do not hold"
+    if not problem.system.excitation.repeats and held_by_trigger(best[-1], problem.measurement):
+        yield held_words(best[-1])
     for i, one in enumerate(determined):
         for j in range(i):
             if abs(correlation[i, j]) > CORRELATED:

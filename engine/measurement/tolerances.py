@@ -27,8 +27,8 @@ UNEXPLAINED = 0.2  # of the measurement's size: if more remains, it is not in ph
 # How well a solution agrees with it
 
 PHASE_DRIFT = 0.3  # radians over the whole record: with a larger one, the given η is not that of the measurement
-EARLY = 0.25  # of a record of a motion from its start: it begins at most so long before that …
-LATE = 0.25  # … or so long after it
+TRIGGER = 3.0  # sampling intervals by which a trigger misses the start of a motion; a longer shift hides a difference
+STILL = 0.05  # of the range: while a record stays so near to its first sample, the bodies may be held before the start
 INSTANT = 1e-9  # of a cycle, between an impact and each of its two knots
 WITHIN_NOISE = 1.1  # times the noise: a smaller difference is noise alone
 HARDLY_VISIBLE = 0.05  # of the measured size: smaller differences are hardly visible

@@ -10,7 +10,7 @@ import numpy as np
 from vibroscope.engine.drivers.section import describe_section, name_numbers
 from vibroscope.engine.law_table import LAWS
 from vibroscope.engine.motions.tolerances import ALIKE_PHASE, ALIKE_SPEED, SUDDEN
-from vibroscope.engine.result import Response, Status
+from vibroscope.engine.result import Impacts, Response, Status
 from vibroscope.engine.wording import html_table
 
 FEWEST_IN_CONTACT = 8  # in a contact, to see the peak of its force: 2 % off at most for half a sine wave
@@ -317,6 +317,14 @@ def _reason(period: int, rows: int) -> str:
     return f"the section does not repeat itself within {rows // 2} periods; that alone does not show what it is"
 
 
+def chatter_before(impacts: Impacts, last: int) -> int:
+    """The first impact of the chatter that ends with impact ``last``: each is slower than the one before."""
+    speeds, first = impacts.closing_speed, last
+    while first > 0 and speeds[first - 1] > speeds[first]:
+        first -= 1
+    return first
+
+
 def _smallest_approach(response: Response, lasting: np.ndarray, begin: float) -> float:
     """Smallest closing speed after ``begin``; of a chatter that ends in a lasting contact only the first impact counts.
 
@@ -329,7 +337,5 @@ def _smallest_approach(response: Response, lasting: np.ndarray, begin: float) ->
     counted = times > begin
     for contact in lasting:
         last = int(np.searchsorted(times, contact, side="right")) - 1
-        while last > 0 and speeds[last - 1] > speeds[last]:
-            counted[last] = False
-            last -= 1
+        counted[chatter_before(response.impacts, last) + 1 : last + 1] = False
     return float(speeds[counted].min()) if counted.any() else np.nan

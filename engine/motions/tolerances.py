@@ -9,6 +9,7 @@ DYING = 0.9  # of two halves of a section: a difference between its points that 
 SETTLES = 1e-9
 # Excitation periods: the paper takes a contact of fewer than 30 steps of T/2000 as an impact (Figures 10 to 12)
 SUDDEN = 30 / 2000
+SHORT_CONTACT = 2.0  # durations of a contact alone; in longer ones other forces press the pendulums together
 REPEATED_IMPACTS = 1e-6  # of the size: impacts of a free vibration in closed form that differ by less repeat themselves
 REPEATED_IMPACTS_BY_STEPS = 0.01  # of the size: the same with a time step, which scatters them
 # Of a period, beside two steps: an impact at one stop and one half a cycle later at the other are alike …

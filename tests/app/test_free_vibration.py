@@ -4,12 +4,15 @@ import json
 import math
 import re
 
+import numpy as np
 import pytest
 from vibroscope.app.commands.cli import main
-from vibroscope.app.explorer.compute import compute_runs
+from vibroscope.app.explorer.compute import TRACE_PERIODS, compute_runs
+from vibroscope.app.explorer.explanation import explain
 from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.presets import shelf
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.scripts import as_command
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.shared.figure import time_label
 from vibroscope.app.page.study.basin import Basins
@@ -17,7 +20,8 @@ from vibroscope.app.page.study.plane import Plane
 from vibroscope.app.page.study.speed import Speed
 from vibroscope.app.page.study.time_step import TimeStep
 from vibroscope.app.page.tab import Move
-from vibroscope.engine import System, compare_measured, measured_verdict, synthetic_measurement
+from vibroscope.app.studies.your_code import grow_code, question_of
+from vibroscope.engine import System, compare_measured, measured_verdict, synthetic_measurement, system_text
 
 from tests.app.fakes import Asked, FakeHost
 from tests.app.test_study_tab import opened  # noqa: F401 - a fixture
@@ -226,3 +230,25 @@ def test_a_drop_whose_periods_are_short_is_compared_up_to_its_second_contact(cap
     last = math.ceil((1 + 2 * 0.7) * touch * 2000)
     assert f"in the last {last - math.floor(touch * 2000)} of {last} periods T" in found["verdict"]
     assert 20 < float(re.search(r"differ by ([\d.]+) %", found["verdict"])[1]) < 80  # its rebound is 0.80, not 0.7
+
+
+def test_the_page_compares_a_free_vibration_over_as_many_periods_as_the_command(capsys, tmp_path):
+    """Where a period is short beside a flight: two of them, which the figures show, hold one contact at most."""
+    short = FREE._replace(eta=4 * FREE.eta)
+    runs = compute_runs(short)
+    found = explain(runs)
+    words = re.search(r"in the first (\d+) periods T .* differ by (\S+ %)", str(found.headline))
+    assert int(words[1]) > TRACE_PERIODS
+    (tmp_path / "free.toml").write_text(system_text(short.system))
+    *_, command = as_command(short._replace(units="none")).splitlines()
+    assert main(re.sub(r"--system \S+", f"--system {tmp_path / 'free.toml'}", command).split()[1:]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"in the first {words[1]} periods T" in said
+    assert f"differ by {words[2]} (rms)" in said
+    shown = runs.penalty.trace, runs.reference.trace
+    apart = np.interp(shown[0].time, shown[1].time, shown[1].displacement[0]) - shown[0].displacement[0]
+    of_tab = next(partial for partial in grow_code(question_of(short), None, lambda: False) if partial.judged)
+    assert of_tab.judged[0].outcome.total == pytest.approx(found.parts["total"])  # what is set, among the rules
+    drawn = found.series["total"][0]
+    assert np.abs(drawn).max() == pytest.approx(np.abs(apart).max(), rel=0.05)
+    assert f"in {TRACE_PERIODS} periods T" in str(found.kinds["reference"])

@@ -6,7 +6,8 @@ import json
 import numpy as np
 import pytest
 from vibroscope.app.commands.cli import main
-from vibroscope.engine import PEAKS
+from vibroscope.app.commands.peaks import table_of_peaks
+from vibroscope.engine import PEAKS, System
 
 from tests.served import ROOT
 
@@ -83,3 +84,52 @@ def test_a_range_of_frequencies_begins_with_the_smaller_one(capsys, tmp_path, co
     more = ["--transmissibility", str(tmp_path / "t.csv")] if command[0] == "peaks" else []
     assert main([*command, *more]) == 2
     assert "eta from 2 to 1 is an empty range: give the smaller number first" in capsys.readouterr().err
+
+
+RELAY = """\
+[physical]
+mass1_kg = 0.0008
+frequency1_Hz = 120.0
+damping1_ratio = 0.02
+wall = true
+clearance_mm = 0.6
+constant1_N = 0.9
+restitution = 0.55
+"""
+
+
+def test_a_lasting_contact_is_compared_with_the_permanent_contact_of_the_reference(tmp_path, capsys):
+    (tmp_path / "relay.toml").write_text(RELAY)
+    contact = ["--K", "1e5 N/m", "--D", "3.4 N s/m", "--steps", "10 us"]
+    assert main(["peaks", "--system", str(tmp_path / "relay.toml"), "--initial", "-0.6 mm,0,0,0", *contact]) == 0
+    text = capsys.readouterr().out
+    rows = {line[:16].strip(): line[16:].split() for line in text.splitlines()}
+    reference, penalty = map(float, rows["impulse"][:2])
+    assert penalty == pytest.approx(reference, rel=0.03)
+    force, lasts = float(rows["contact force"][0]), float(rows["contact time"][0])
+    assert force == pytest.approx(0.627, rel=1e-3)
+    speed = float(rows["closing speed"][0])
+    bounces = 0.0008 * speed * 1.55 / (1 - 0.55)  # each 0.55 times as fast, where the force between them is small
+    assert reference == pytest.approx(force * lasts + bounces, rel=0.1)
+    assert rows["contact force"][2] == "-"  # one of impacts beside one of permanent contact
+    assert "its contact force is that of permanent contact" in text
+
+
+def test_where_nothing_strikes_no_impact_is_explained(tmp_path, capsys):
+    (tmp_path / "pressed.toml").write_text(
+        "[physical]\nmass1_kg = 0.12\nfrequency1_Hz = 55.0\nwall = true\nclearance_mm = -2.0\n"
+        "base_acceleration_g = 3\nfrequency_Hz = 40.0\n"
+    )
+    call = ["peaks", "--system", str(tmp_path / "pressed.toml"), "--K", "1e5 N/m", "--D", "3.4 N s/m"]
+    assert main([*call, "--steps", "10 us"]) == 0
+    text = capsys.readouterr().out
+    assert "Over the last 16 periods" in text
+    assert next(line for line in text.splitlines() if line.startswith("contact time")).split()[2:4] == ["0.4", "0.4"]
+    assert "has no duration" not in text
+    assert main([*OWN, "--units"]) == 0
+    assert "An impact of the reference has no duration" in capsys.readouterr().out
+
+
+def test_a_large_difference_stands_apart_from_the_number_beside_it():
+    found = {"reference": dict.fromkeys(PEAKS, 0.01767), "penalty": dict.fromkeys(PEAKS, 1.0)}
+    assert all(line.endswith(" 1 +more than 1000 %") for line in [*table_of_peaks(found, None, System())][1:])

@@ -122,3 +122,9 @@ def test_a_measured_response_to_a_pulse_is_compared_and_fitted(box, tmp_path, ca
     assert next(line for line in text.splitlines() if line.startswith("restitution")).split()[1].startswith("0.5")
     assert main([*box, *pulse, "--fit"]) == 2
     assert "--fit needs a measurement: give --measured FILE.csv" in capsys.readouterr().err
+
+
+def test_only_where_something_strikes_an_impact_is_explained(box, capsys):
+    for peak, explained in (("30 g", True), ("0.01 g", False)):
+        assert main([*box, "--base-half-sine", f"{peak},11 ms", *CONTACT, "--steps", "0.1 ms"]) == 0
+        assert ("An impact of the reference has no duration" in capsys.readouterr().out) == explained

@@ -78,6 +78,42 @@ def test_peaks_are_those_of_the_samples():
     assert penalty["displacement1"] == pytest.approx(0.5 + penalty["penetration"], abs=2.0)
 
 
+def test_a_lasting_contact_and_its_chatter_have_one_impulse():
+    """A body of mass 1 that is thrown at a wall and pressed against it: by momentum, whatever bounces it makes."""
+    pressed = System(wall=True, clearance=0.5, restitution=0.5, d1=0.02, excitation=Excitation(base=0, constant1=1.5))
+    start, record = (-0.5, 0.0, 0.0, 0.0), Record(2, 4000)
+    found = {
+        method.name: simulate(pressed, 1.0, method, periods=2, keep=2, initial=start, record=record)
+        for method in (Reference(), ExactPenalty(1e4, 21))  # of the same restitution
+    }
+    reference, penalty = (peaks(run) for run in found.values())
+    sampled = found["reference"].trajectory
+    from_start = -sampled.velocity[0, -1] - 2 * 0.02 * (sampled.displacement[0, -1] + 0.5)
+    from_start += np.trapezoid(1.5 - sampled.displacement[0], sampled.time)
+    assert len(found["reference"].impacts) > 4
+    assert reference["impulse"] == pytest.approx(from_start, rel=1e-3)
+    assert penalty["impulse"] == pytest.approx(reference["impulse"], rel=0.02)
+    assert reference["contact_force"] == pytest.approx(1.0, rel=1e-3)  # of the permanent contact
+    assert np.isnan(reference["acceleration1"])
+
+
+def test_impacts_that_end_in_no_lasting_contact_have_an_impulse_each():
+    for method in (Reference(), ExactPenalty(1e5, 20)):
+        found = run(WALL, 1.2, method)
+        inside = found.impacts.time > found.trajectory.time[0]
+        assert peaks(found)["impulse"] == np.abs(found.impacts.impulse[inside]).max()
+
+
+def test_a_contact_that_never_ends_lasts_as_long_as_the_samples():
+    pressed = System(wall=True, clearance=-40.0, d1=0.07)
+    for method in (Reference(), Newmark(584, 2, 2000)):
+        found = run(pressed, 1.2, method, periods=3)
+        read = peaks(found)
+        assert len(found.contacts) == 1
+        assert read["contact_time"] == pytest.approx(3 * 2 * np.pi / 1.2)
+        assert read["impulse"] == pytest.approx(np.trapezoid(found.trajectory.force, found.trajectory.time))
+
+
 def test_what_cannot_be_said_is_refused():
     bare = simulate(WALL, 1.2, Reference())
     for ask in (peaks, spectrum, absolute_accelerations):

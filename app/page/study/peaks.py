@@ -13,7 +13,16 @@ from vibroscope.app.page.shared.figure import SOLUTIONS, divisor
 from vibroscope.app.page.study.listed import row
 from vibroscope.app.page.study.tab import StudyView, free_obstacle
 from vibroscope.app.studies.load import PartialRuns
-from vibroscope.app.studies.peaks import MOTIONS, PartialPeaks, PeaksQuestion, grow_peaks, kept_text, off_text
+from vibroscope.app.studies.peaks import (
+    MOTIONS,
+    PartialPeaks,
+    PeaksQuestion,
+    difference_text,
+    grow_peaks,
+    has_impacts,
+    impacts_note,
+    kept_text,
+)
 from vibroscope.engine import PEAKS, written
 from vibroscope.engine.facts import Amount, Statement, joined, sentence, stated
 
@@ -185,11 +194,9 @@ class Peaks(StudyView):
         if known:
             text = "; ".join(f"{solver} {numbers}" for solver, numbers in known.items())
             lines.append(["Transmissibility at the excitation frequency", f"{text}."])
-        if "penalty" in result.found and all(not read.ended for read in result.found.values()):
-            force = [read.peaks["contact_force"] for read in result.found.values()]
-            if np.isnan(force[0]):
-                text = "An impact of the reference has no duration: its acceleration and force are not finite."
-                lines.append(["No number", text])
+        whole = "penalty" in result.found and all(not read.ended for read in result.found.values())
+        if text := impacts_note(result.found["reference"].peaks) if whole else "":
+            lines.append(["No number", text])
         return lines or [["Both solutions", stated("The table shows the largest values.")]]
 
     def table(self, name: str) -> list[Series]:
@@ -232,7 +239,7 @@ def _over(setting: Setting) -> str:
 
 def peak_table(result: PartialPeaks | PartialRuns, setting: Setting) -> dict:
     """The rows of the table: each peak of both solutions, and how far the penalty solution is off."""
-    rows = []
+    struck, rows = has_impacts({name: result.values(name)[0] for name in PEAKS}), []
     for name, quantity in PEAKS.items():
         if setting.bodies == "wall" and name.endswith("2"):
             continue
@@ -240,7 +247,7 @@ def peak_table(result: PartialPeaks | PartialRuns, setting: Setting) -> dict:
         factor = 1.0 if setting.scale is None else setting.scale.factor(quantity)
         values = result.values(name)
         texts = [written(factor * value) if np.isfinite(value) else _NONE for value in values]
-        off = off_text(*values).replace("-", "−") or _NONE
+        off = difference_text(name, values, struck).replace("-", "−") or _NONE
         title = _NAMES[name] if setting.bodies != "wall" else _NAMES[name].removesuffix(", body 1")
         rows.append(row("peak", f"{title} / {divisor(unit)}" if unit else title, *texts, off))
     return {"title": "", "heads": ["largest", *SOLVERS, "difference"], "rows": rows}
