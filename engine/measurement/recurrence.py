@@ -27,7 +27,7 @@ from vibroscope.engine.measurement.tolerances import (
     NYQUIST,
     OVERLAP,
     RIDGE,
-    ROUNDING,
+    LAST_DIGITS,
     UNEXPLAINED,
     UNOBSERVED,
 )
@@ -156,7 +156,7 @@ def free_record(measurement: Measurement, eta: float) -> Recurrence:
 
 def _beyond_rounding(noise: float, size: float) -> float:
     """The noise of a measurement of this size; 0 where it is rounding."""
-    return noise if noise > ROUNDING * size else 0.0
+    return noise if noise > LAST_DIGITS * size else 0.0
 
 
 def summarise_sensor(time: np.ndarray, contact: np.ndarray, eta: float) -> Sensor:

@@ -21,7 +21,7 @@ NORMAL_MEDIAN = 0.6745  # median size of a normal number of standard deviation 1
 # Of the Gram matrix's diagonal, added to it: rounding, so that nearly dependent harmonics can be solved for
 RIDGE = 1e-12
 NYQUIST = 0.98  # of half the mean sampling rate: harmonics up to there tell frequencies apart
-ROUNDING = 1e-11  # of the measurement's size: smaller noise is that of the last digits, and what RIDGE leaves
+LAST_DIGITS = 1e-11  # of the measurement's size: smaller noise is that of the last digits, and what RIDGE leaves
 UNEXPLAINED = 0.2  # of the measurement's size: if more remains, it is not in phase with the excitation
 
 # How well a solution agrees with it
