@@ -23,11 +23,11 @@ from vibroscope.engine.measurement.tolerances import (
     CERTAIN_SIGMAS,
     HIDDEN,
     INTEGRATED,
+    LAST_DIGITS,
     NORMAL_MEDIAN,
     NYQUIST,
     OVERLAP,
     RIDGE,
-    LAST_DIGITS,
     UNEXPLAINED,
     UNOBSERVED,
 )
