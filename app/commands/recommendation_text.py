@@ -10,6 +10,7 @@ from vibroscope.engine import Recommendation, Served, TimeStepping, Units, perce
 from vibroscope.engine.facts import joined
 from vibroscope.engine.one_impact.of_system import alone_as_dict
 from vibroscope.engine.recommendation.contacts import Contacts
+from vibroscope.engine.recommendation.tolerances import ENOUGH
 
 CONSTANT = "codes with a constant step"
 CUT = "codes that cut the step where contact changes"
@@ -96,7 +97,7 @@ def lines_of(found: Recommendation, units: Units | None = None) -> Iterator[Line
     if found.best is None:
         return
     error, robust = _beside(found, found.best.error), _beside(found, found.best.robust)
-    yield f"{_setting_text(found)}, {found.best.setting.steps} steps per period"
+    yield f"{_setting_text(found)}, {found.best.setting.steps} steps per period{_cheaper_words(found)}"
     yield Row("error", f"{error}; {robust} is kept to with half the step and by 9 in 10 neighbours")
     yield from _contact_rows(found, units)
     if found.question.located or found.scheme.stages > 1:
@@ -142,6 +143,14 @@ def _setting_text(found: Recommendation) -> str:
     """K and D of the best setting."""
     k, d, _ = found.best.setting
     return f"{'set' if found.met else 'best found':18s}K = {written(k, 6)}, D = {written(d, 6)}"
+
+
+def _cheaper_words(found: Recommendation) -> str:
+    """That what is shown is not the setting of the least error, where no error found is within the tolerance."""
+    least = min(found.front, key=lambda trial: trial.robust, default=found.best)
+    if found.met or least.robust <= found.tolerance or least.cost <= found.best.cost:
+        return ""
+    return f": the cheapest with a robust error of at most {ENOUGH:g} times the least"
 
 
 def _kind_of_steps(found: Recommendation) -> str:
