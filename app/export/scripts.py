@@ -161,9 +161,17 @@ for run in (found.reference, found.penalty):
 """)
 
 
+def _has_own_units(source: Pulse | RecordFile) -> bool:
+    """Whether a record counts in other units than those that a system file without any has."""
+    numbers = "omega1", "m1", "base_amplitude"
+    return isinstance(source, RecordFile) and any(
+        getattr(source.units, name) != getattr(Units(), name) for name in numbers
+    )
+
+
 def load_command(setting: Setting, asked: LoadQuestion) -> str:
     """``vibroscope transient`` of a setting."""
-    file, options = _file_and_options(setting, bool(setting.scale) or isinstance(asked.source, RecordFile))
+    file, options = _file_and_options(setting, bool(setting.scale) or _has_own_units(asked.source))
     source, what = asked.source, "base" if asked.source.on == "base" else "force"
     if isinstance(source, Pulse):
         numbers = ",".join(print_number(value) for value in source.numbers if value is not None)
