@@ -65,10 +65,8 @@ class MeasuredFile:
         key = units, self.columns, physical
         known = self._parsed is not None and self._parsed[0] == key and self._parsed[1].eta in (None, setting.eta)
         if not known:
-            self._parsed = (
-                key,
-                parse_measurement(self._content, units, self.columns, setting.eta, LARGEST_FILE, physical),
-            )
+            found = parse_measurement(self._content, units, self.columns, setting.eta, LARGEST_FILE, physical)
+            self._parsed = key, found
         return self._parsed[1]
 
 

@@ -154,7 +154,8 @@ def find_columns(
     columns = [_column(name, place, unit, where, units) for name, (place, unit) in places.items() if name not in unused]
     if len({column.physical for column in columns} - {None}) > 1:
         raise ValueError(f"{where}: mixes columns with and without a unit; give all as [s], [mm] or all as [-]")
-    if physical and SERIES not in names and not any(places[column.name][1] for column in columns):
+    counted = [places[column.name][1] for column in columns if column.physical is not None]
+    if physical and SERIES not in names and not any(counted):
         raise ValueError(without_units(where, _EXAMPLE))
     return columns
 

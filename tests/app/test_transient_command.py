@@ -77,7 +77,7 @@ def test_a_record_ends_when_its_file_says_and_says_if_that_has_no_units(box, tmp
 def test_a_file_without_units_beside_a_physical_system_is_refused_with_what_to_write(box, tmp_path, capsys):
     record, measured = tmp_path / "a.csv", tmp_path / "m.csv"
     record.write_text("time,acceleration\n0, 0\n0.01, 1\n0.02, 0\n")
-    measured.write_text("\n".join(["time,xi1", *(f"{0.01 * i},{i % 3}" for i in range(20))]))
+    measured.write_text("\n".join(["time,xi1,force [N]", *(f"{0.01 * i},{i % 3},0" for i in range(20))]))
     said = "line 1: no column has a unit, and the system is in physical units; give each its unit, as time [s], "
     assert main([*box, "--base-record", str(record)]) == 2
     assert f"{record}: {said}a [m/s2], or [-] for a number of the model" in capsys.readouterr().err
