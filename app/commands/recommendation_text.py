@@ -10,7 +10,6 @@ from vibroscope.engine import Recommendation, Served, TimeStepping, Units, perce
 from vibroscope.engine.facts import joined
 from vibroscope.engine.one_impact.of_system import alone_as_dict
 from vibroscope.engine.recommendation.contacts import Contacts
-from vibroscope.engine.recommendation.tolerances import ENOUGH
 
 CONSTANT = "codes with a constant step"
 CUT = "codes that cut the step where contact changes"
@@ -150,7 +149,7 @@ def _cheaper_words(found: Recommendation) -> str:
     least = min(found.front, key=lambda trial: trial.robust, default=found.best)
     if found.met or least.robust <= found.tolerance or least.cost <= found.best.cost:
         return ""
-    return f": the cheapest with a robust error of at most {ENOUGH:g} times the least"
+    return ": cheaper than that of the least robust error, and in the search hardly worse"
 
 
 def _kind_of_steps(found: Recommendation) -> str:
