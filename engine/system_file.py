@@ -300,7 +300,13 @@ def parse_system(content: bytes) -> SystemFile:
     """
     if len(content) > SYSTEM_SIZE_LIMIT:
         raise ValueError(f"larger than {SYSTEM_SIZE_LIMIT} bytes: a system file holds some twenty numbers")
-    return system_of_tables(toml_tables(content))
+    tables = toml_tables(content)
+    found = system_of_tables(tables)
+    if not any(tables.values()):
+        raise ValueError(
+            "has no entry: describe the system in a table [physical], or in [system], [excitation] and [units]"
+        )
+    return found
 
 
 def system_of_tables(tables: dict) -> SystemFile:

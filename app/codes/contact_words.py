@@ -9,17 +9,18 @@ here, each in both directions, with the reduced mass m of the two bodies and the
     ODE, Bullet:                   erp = hK/(hK + c), cfm = 1/(hK + c);  K = erp/(h cfm), c = (1 − erp)/cfm  (c)
     Drake:                         f = k δ (1 + d v), c = d K;  SAP: c = τ K                                 (d)
     Drake, allowance p:            K = m g/p, d = √(p/g)/p                                                   (e)
-    LS-DYNA, SOFT = 1:             K = max(SLSFAC SFS k₀, SOFSCL m*/h²), c = VDC/100 · 2m*√(K/m), m* of the
-                                   lighter body                                                              (f)
+    LS-DYNA:                       K = SLSFAC SFS k₀, with SOFT = 1 max(SLSFAC SFS k₀, SOFSCL m*/h²);
+                                   c = VDC/100 · 2m*√(K/m), m* of the lighter body                           (f)
     ImpactMaterial:                K₁ = K_e + E/(a δₘ²), K₂ = K_e − E/((1 − a) δₘ²), δ_y = a δₘ, a = 0.1,
                                    K_e = K √δₘ, E = K δₘ^(n+1) (1 − e²)/(n + 1), n = 1.5                     (g)
     COMSOL:                        pressure p = f_p E/h_min per penetration over the area A: K = p A, c = τ K (h)
+    Abaqus/Explicit:               the same p, c = 2ζ√(K m)                                                  (i)
 
 (a), (b): MuJoCo documentation, Modeling, "Solver parameters", where the impedance is the one of the width; (c): ODE
 manual, "How to use ERP and CFM", and answers.ros.org 15400; (d), (e): Drake, ``contact_model_doxygen.h``; (f): LSTC
 FAQ, contact.soft1, where m* = min(m_master_nodes, m_slave_node), and *CONTACT in PyDyna, VDC: 2mω with m =
 min(mslave, mmaster), ω = √(k(mslave + mmaster)/(mmaster mslave)); (g): OpenSees wiki, Impact Material; (h): COMSOL,
-Contact, and Damping.
+Contact, and Damping; (i): Abaqus, "Defining viscous contact damping", μ₀√(4m k_c) of the nodal mass m.
 
 What becomes of a law that the other code does not have: :mod:`.translation`.
 """
@@ -48,10 +49,18 @@ _BOUNDS = {
     "contact_damping": (0.0, 1e20),
     "time": (0.0, 1e20),
     "number": _POSITIVE,
+    "switch": (0.0, 9.0),  # a digit on a card
     "share": (1e-12, 1.0),
     "restitution": (1e-6, 1.0),
     "exponent": EXPONENT_RANGE,
     "percent": (0.0, 1e6),
+    "damping_ratio": (0.0, 1e4),
+    "damping_per_area": (0.0, 1e20),
+}
+_SI_UNITS = {  # of a quantity over the contact area, which the model does not have
+    "stiffness_per_area": "N/m³",
+    "damping_per_area": "N·s/m³",
+    "pressure": "N/m²",
 }
 _ROLES = {  # of a word: what of the contact it is
     "contact_stiffness": "stiffness",
@@ -279,7 +288,7 @@ def _units(system: str, law: str, exponent: float) -> Units:
 def _one(quantity: str, form: Form, exponent: float) -> tuple[float, str]:
     """What one of a word is in SI units, and the unit's name."""
     if quantity not in QUANTITIES:
-        return 1.0, quantity if "/" in quantity else ""
+        return 1.0, _SI_UNITS.get(quantity, quantity if "/" in quantity else "")
     units = _units(form.units, form.law, exponent)
     return units.quantity(quantity).convention / units.factor(quantity), units.unit(quantity)
 
@@ -340,16 +349,30 @@ def _allowance_in(values: Values, around: Around) -> tuple[float, float]:  # (e)
     return stiffness, stiffness / math.sqrt(_GRAVITY * values[0])
 
 
+def _standard_in(values: Values, around: Around) -> tuple[float, float]:  # (f)
+    k0, factor, of_surface, percent = values
+    return _with_share_of_critical(factor * of_surface * k0, percent, around)
+
+
 def _soft_in(values: Values, around: Around) -> tuple[float, float]:  # (f)
-    (k0, factor, of_surface, of_step, percent), (mass, lighter) = values, around.masses
-    stiffness = max(factor * of_surface * k0, of_step * lighter / around.need("step") ** 2)
+    k0, factor, of_surface, soft, of_step, percent = values
+    if soft not in (0.0, 1.0):
+        raise ValueError(f"SOFT = {written(soft)} has a stiffness that is not known here: give SOFT=0 or SOFT=1")
+    stiffness = factor * of_surface * k0
+    if soft:
+        stiffness = max(stiffness, of_step * around.masses[1] / around.need("step") ** 2)
+    return _with_share_of_critical(stiffness, percent, around)
+
+
+def _with_share_of_critical(stiffness: float, percent: float, around: Around) -> tuple[float, float]:
+    mass, lighter = around.masses if percent else (1.0, 1.0)
     return stiffness, 0.02 * percent * lighter * math.sqrt(stiffness / mass)
 
 
 def _soft_out(contact: Contact, around: Around) -> Values:
     mass, lighter = around.masses
     critical = 2.0 * lighter * math.sqrt(contact.stiffness / mass)
-    return contact.stiffness * around.need("step") ** 2 / lighter, 100.0 * contact.damping / critical
+    return 1.0, contact.stiffness * around.need("step") ** 2 / lighter, 100.0 * contact.damping / critical
 
 
 def _bilinear_in(values: Values, around: Around) -> tuple[float, None, float]:  # (g)
@@ -400,15 +423,27 @@ def _scaled_by(area: bool, share: bool) -> Formulas:
     return Formulas(read, write)
 
 
+def _fraction_in(values: Values, around: Around) -> tuple[float, float]:  # (i)
+    stiffness = values[0] * around.need("area")
+    return stiffness, 2.0 * values[1] * math.sqrt(stiffness * around.need("mass"))
+
+
+def _fraction_out(contact: Contact, around: Around) -> Values:
+    critical = 2.0 * math.sqrt(contact.stiffness * around.need("mass"))
+    return contact.stiffness / around.need("area"), contact.damping / critical
+
+
 _PRESSURE = _scaled_by(area=True, share=True)
 FORMULAS = {
     "solref": Formulas(_solref_in, _solref_out),
     "erp-cfm": Formulas(_erp_in, _erp_out),
     "share": _scaled_by(area=False, share=True),
     "allowance": Formulas(_allowance_in),
+    "standard-penalty": Formulas(_standard_in),
     "soft": Formulas(_soft_in, _soft_out),
     "bilinear": Formulas(_bilinear_in, _bilinear_out),
     "per-area": _scaled_by(area=True, share=False),
+    "fraction": Formulas(_fraction_in, _fraction_out),
     "pressure": _PRESSURE,
     "penalty-factor": Formulas(lambda v, around: _PRESSURE.read((v[0] * v[1] / v[2], v[3]), around)),
 }

@@ -57,7 +57,7 @@ examples:
 
 WRITTEN = "out", "history", "write", "spectrum", "transmissibility"  # options that name a file to write
 
-_NEGATIVE = re.compile(r"-[\d.][-+\d.,e]*", re.IGNORECASE)
+_NEGATIVE = re.compile(r"-\.?\d.*", re.DOTALL)  # no option begins so
 
 
 class _Version(argparse.Action):
@@ -86,9 +86,9 @@ def build_parser(names: Sequence[str] = COMMANDS) -> argparse.ArgumentParser:
 
 
 def join_negative(arguments: Sequence[str]) -> list[str]:
-    """The arguments with negative numbers, and lists of them, joined to their options.
+    """The arguments with values that begin with a negative number joined to their options.
 
-    As ``--initial -1,0,0,0`` and ``--from -1e5``, whose values argparse takes for options.
+    As ``--initial -1,0,0,0`` and ``--mass -1kg``, whose values argparse takes for options.
     """
     words: list[str] = []
     for word in arguments:

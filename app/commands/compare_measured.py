@@ -81,7 +81,8 @@ def column_names(text: str) -> dict[str, str]:
 def _read(options: argparse.Namespace) -> Measurement:
     """The file; where its header does not say which column is what, the error names the option that does."""
     try:
-        return read_measurement(options.measured, options.file.units, options.columns, options.eta)
+        file = options.file
+        return read_measurement(options.measured, file.units, options.columns, options.eta, file.has_units)
     except UnknownColumns as problem:
         second = ", xi2=3 [mm]" if len(problem.header) > 2 else ""
         raise ValueError(f'{problem}: --columns "time=1 [s], xi1=2 [mm]{second}"') from None

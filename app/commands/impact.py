@@ -19,7 +19,7 @@ from vibroscope.app.commands.options import (
     system_file,
 )
 from vibroscope.app.commands.parser import Command, OneLineParser, entries, option
-from vibroscope.app.commands.report import Report, Row
+from vibroscope.app.commands.report import Report, Row, note
 from vibroscope.engine import percent, written
 from vibroscope.engine.law_table import HERTZ
 from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
@@ -77,10 +77,10 @@ def add(command: OneLineParser) -> None:
         "in place of K: no spring, but Newton's impact law in the steps of Moreau and Jean with this theta, 0.5 to 1"
     )
     spring.add_argument("--moreau-jean", type=number, metavar="THETA", help=words)
-    damper = command.add_mutually_exclusive_group(required=True)
+    damper = command.add_mutually_exclusive_group()
     help_d = "contact damper, as '40 N s/m'; without a unit its half, as everywhere: the force is 2D times the speed"
     damper.add_argument("--D", type=measured("contact_damping"), metavar="F", help=help_d)
-    words = "in place of D: what the contact is to give without a step"
+    words = "in place of D: what the contact is to give without a step (default with --system: that of the file)"
     damper.add_argument("--restitution", type=share, metavar="F", help=words)
     step = command.add_mutually_exclusive_group()
     step.add_argument("--time-step", type=measured("time"), metavar="F", help="time step, as '0.1 ms'")
@@ -152,6 +152,16 @@ def question_of(options: argparse.Namespace) -> "Impact":
     return replace(question, method=method, time_step=question.contact_time / options.steps_per_contact)
 
 
+def _take_restitution(options: argparse.Namespace) -> None:
+    """Take the restitution of the system where neither that nor D is given; raises ValueError without a system."""
+    if options.D is not None or options.restitution is not None:
+        return
+    if options.moving is None:
+        raise ValueError("the contact has no damper: give --D or --restitution, or --system with a restitution in it")
+    options.restitution = options.moving.system.restitution
+    note(f"--restitution is that of --system, {options.restitution:g}")
+
+
 def _closing_speeds(options: argparse.Namespace) -> "np.ndarray | None":
     """Those of the system's reference in m/s, (n,), the median of which the options then hold; None without one."""
     file = options.moving
@@ -210,6 +220,7 @@ def _permitted(options: argparse.Namespace) -> dict[str, float]:
 
 def run(options: argparse.Namespace) -> Report:
     """Solve the contact."""
+    _take_restitution(options)
     speeds = _closing_speeds(options)
     if options.moreau_jean is not None:
         return _nonsmooth(options)

@@ -18,6 +18,7 @@ class OneLineParser(argparse.ArgumentParser):
         super().__init__(allow_abbrev=False, **how)
         self.below: tuple[str, ...] = ()  # the commands below this one
         self.otherwise = ""  # that of them which runs where none is named
+        self.not_here: dict[str, str] = {}  # options of other commands: why this one does not have them
 
     def add_argument(self, *names: str, **how) -> argparse.Action:
         """Add an argument, as `argparse` does; a file is marked as one for shells."""
@@ -42,6 +43,8 @@ class OneLineParser(argparse.ArgumentParser):
 
     def _unknown(self, word: str) -> str:
         name = word.partition("=")[0]
+        if name in self.not_here:
+            return f"{name} is no option: {self.not_here[name]}"
         options = [option for action in self._actions for option in action.option_strings]
         near = difflib.get_close_matches(name, options, n=1, cutoff=0.7)
         return f"{name} is no option" + (f": do you mean {near[0]}?" if near else "")

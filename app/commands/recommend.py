@@ -180,6 +180,10 @@ def _row(found: Recommendation, searched: str) -> str:
 
 ETAS_LIMIT = 1000
 OFF = "off"  # a tolerance that is not asked for
+_FREE = (
+    "which a free vibration does not have; find K, D and the step of its contacts with vibroscope impact --system FILE "
+    "--initial x1,v1,x2,v2"
+)
 
 
 def add(command: OneLineParser) -> None:
@@ -224,6 +228,7 @@ def add(command: OneLineParser) -> None:
     add("--steps-max", type=count, default=Limits.steps_max, metavar="N", help=most)
     add_units_option(command)
     add_system_option(command)
+    command.not_here["--initial"] = f"a search is for the steady motion of driven bodies, {_FREE}"
 
 
 def switchable(text: str) -> float | str:
@@ -244,8 +249,8 @@ def run(options: argparse.Namespace) -> Report:
     """Search."""
     if not options.file.system.excitation.drives:
         raise ValueError(
-            "nothing drives the bodies, and a search needs a motion that lasts: give what drives them in --system, or "
-            "find K, D and the step for one contact with vibroscope impact"
+            "nothing drives the bodies: give what drives them in --system, since a search is for their steady motion, "
+            f"{_FREE}"
         )
     if options.K is not None:
         note_unused(options, ["K_max"], "where --K is held")

@@ -96,7 +96,7 @@ def lines_of(found: Recommendation, units: Units | None = None) -> Iterator[Line
     if found.best is None:
         return
     error, robust = _beside(found, found.best.error), _beside(found, found.best.robust)
-    yield f"{_setting_text(found)}, {found.best.setting.steps} steps per period"
+    yield f"{_setting_text(found)}, {found.best.setting.steps} steps per period{_cheaper_words(found)}"
     yield Row("error", f"{error}; {robust} is kept to with half the step and by 9 in 10 neighbours")
     yield from _contact_rows(found, units)
     if found.question.located or found.scheme.stages > 1:
@@ -142,6 +142,14 @@ def _setting_text(found: Recommendation) -> str:
     """K and D of the best setting."""
     k, d, _ = found.best.setting
     return f"{'set' if found.met else 'best found':18s}K = {written(k, 6)}, D = {written(d, 6)}"
+
+
+def _cheaper_words(found: Recommendation) -> str:
+    """That what is shown is not the setting of the least error, where no error found is within the tolerance."""
+    least = min(found.front, key=lambda trial: trial.robust, default=found.best)
+    if found.met or least.robust <= found.tolerance or least.cost <= found.best.cost:
+        return ""
+    return ": cheaper than that of the least robust error, and in the search hardly worse"
 
 
 def _kind_of_steps(found: Recommendation) -> str:

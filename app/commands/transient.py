@@ -105,7 +105,7 @@ def load_of(options: argparse.Namespace) -> Load:
         on = what if what == "base" else f"{what}{options.body}"
         path = getattr(options, f"{what}_record")
         if path is not None:
-            return read_record(path, options.file.units, on)
+            return read_record(path, options.file.units, on, options.file.has_units)
         for name, (make, *_) in PULSES.items():
             numbers = getattr(options, f"{what}_{name.replace('-', '_')}")
             if numbers is not None:

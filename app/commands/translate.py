@@ -1,9 +1,9 @@
 """``vibroscope codes translate``: the contact of one code in physical numbers, and in the words of another code."""
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
-from vibroscope.app.codes.catalogue import codes
+from vibroscope.app.codes.catalogue import Code, codes
 from vibroscope.app.codes.contact_words import NEEDED, Around
 from vibroscope.app.codes.translation import SAME, Translation, contact_text, translate, translated_codes
 from vibroscope.app.commands.numbers import SI, measured
@@ -34,10 +34,8 @@ def add(command: OneLineParser) -> None:
         help="the code and its words, with units or without; words left out have their defaults. Codes and words: "
         + ", ".join(f"{key} ({text})" for key, text in words.items()),
     )
-    targets = tuple(translated_codes(write=True))
-    command.add_argument(
-        "--to", dest="target", required=True, choices=targets, metavar="CODE", help=f"one of {', '.join(targets)}"
-    )
+    targets = ", ".join(translated_codes(write=True))
+    command.add_argument("--to", dest="target", required=True, metavar="CODE", help=f"one of {targets}")
     for name, (quantity, meaning, example) in NEEDED.items():
         words = f"{meaning}, in SI units or as '{example}'"
         command.add_argument(f"--{name}", type=measured(quantity), metavar="F", help=words)
@@ -53,27 +51,29 @@ def add(command: OneLineParser) -> None:
 
 def run(options: argparse.Namespace) -> Report:
     """Translate."""
-    (key, *words), known = options.source, translated_codes()
-    if key not in known:
-        raise ValueError(f"--from {key[:40]!r}: {_without_words(key)} give one of {', '.join(known)}")
+    key, *words = options.source
+    source = _code_of("--from", key, translated_codes())
+    target = _code_of("--to", options.target, translated_codes(write=True))
     if wrong := [word for word in words if not word.partition("=")[2].strip()]:
         raise ValueError(f"--from ... {wrong[0][:40]!r} has no value: give it as {wrong[0][:40].rstrip('=')}=...")
     given = {name: text.strip() for name, _, text in (word.partition("=") for word in words)}
     around = Around(**{name: getattr(options, name) for name in NEEDED})
-    found = translate(known[key], given, known[options.target], around, options.same)
+    found = translate(source, given, target, around, options.same)
     indent = max(18, *(len(code.name) + 2 for code in (found.source, found.target)))
     rows = (Row(label, text, _WIDTH, indent) for label, text in _lines(found, words))
     return Report(rows, found.as_dict())
 
 
-def _without_words(key: str) -> str:
-    """Why a key is none of a code whose words are known, with the keys of codes that have a name like it."""
-    if key in codes():
-        return f"the words of {codes()[key].name} for a contact are not known;"
-    named = {word.strip("()"): each for each, code in translated_codes().items() for word in (each, *code.name.split())}
+def _code_of(name: str, key: str, known: Mapping[str, Code]) -> Code:
+    """The code of an option; raises ValueError that offers the keys of codes that have a name like it."""
+    if key in known:
+        return known[key]
+    named = {word.strip("()"): each for each, code in known.items() for word in (each, *code.name.split())}
     keys = {word.lower(): each for word, each in named.items()}
     near = dict.fromkeys(keys[word] for word in near_names(key.lower(), keys))
-    return f"did you mean {' or '.join(near)}?" if near else "there is no such code;"
+    listed = f"the words of {codes()[key].name} for a contact are not known; " if key in codes() else ""
+    meant = f"did you mean {' or '.join(near)}? " if near else "" if listed else "there is no such code; "
+    raise ValueError(f"{name} {key[:40]!r}: {listed}{meant}give one of {', '.join(known)}")
 
 
 def _lines(found: Translation, words: Sequence[str]) -> Iterator[tuple[str, str]]:

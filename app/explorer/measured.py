@@ -61,10 +61,12 @@ class MeasuredFile:
 
     def measurement(self, setting: Setting) -> Measurement:
         """The measurement in numbers of the model; raises ValueError with line and column of the first fault."""
-        key = Units(setting.omega1, setting.m1, setting.amplitude), self.columns
+        units, physical = Units(setting.omega1, setting.m1, setting.amplitude), setting.scale is not None
+        key = units, self.columns, physical
         known = self._parsed is not None and self._parsed[0] == key and self._parsed[1].eta in (None, setting.eta)
         if not known:
-            self._parsed = key, parse_measurement(self._content, *key, setting.eta, LARGEST_FILE)
+            found = parse_measurement(self._content, units, self.columns, setting.eta, LARGEST_FILE, physical)
+            self._parsed = key, found
         return self._parsed[1]
 
 

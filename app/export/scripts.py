@@ -87,7 +87,7 @@ def as_command(setting: Setting, measured: str = "", columns: str = "") -> str:
     ``measured`` is the name of the file of a measurement, which is compared, too, and ``columns`` says which of its
     columns is what, where it does not say so itself.
     """
-    file, options = _file_and_options(setting, bool(setting.scale or measured))
+    file, options = _file_and_options(setting, bool(measured))
     periods = "".join(f" --{name} {number}" for name, number in _length(setting).items())
     eta = print_number(setting.eta)
     reference, newmark = (penalty_options(method) for method in (setting.reference, setting.penalty))
@@ -119,7 +119,7 @@ def peaks_python(setting: Setting) -> str:
 
 def peaks_command(setting: Setting) -> str:
     """``vibroscope peaks`` of a setting."""
-    file, options = _file_and_options(setting, bool(setting.scale))
+    file, options = _file_and_options(setting)
     methods = penalty_options(setting.penalty) + penalty_options(setting.reference)
     return f"{file}vibroscope peaks --eta {print_number(setting.eta)}{methods}{options}\n"
 
@@ -164,7 +164,7 @@ for run in (found.reference, found.penalty):
 
 def load_command(setting: Setting, asked: LoadQuestion) -> str:
     """``vibroscope transient`` of a setting."""
-    file, options = _file_and_options(setting, bool(setting.scale) or isinstance(asked.source, RecordFile))
+    file, options = _file_and_options(setting, isinstance(asked.source, RecordFile))
     source, what = asked.source, "base" if asked.source.on == "base" else "force"
     if isinstance(source, Pulse):
         numbers = ",".join(print_number(value) for value in source.numbers if value is not None)
@@ -176,10 +176,13 @@ def load_command(setting: Setting, asked: LoadQuestion) -> str:
     return f"{file}vibroscope transient{load} --free {print_number(asked.free)}{methods}{options}\n"
 
 
-def _file_and_options(setting: Setting, with_units: bool) -> tuple[str, str]:
-    """A command that writes the system file, and the options for file, units and start."""
-    units = Units(setting.omega1, setting.m1, setting.amplitude) if with_units else None
-    file, options = _system_file(setting.system, units)
+def _file_and_options(setting: Setting, reads: bool = False) -> tuple[str, str]:
+    """A command that writes the system file, and the options for file, units and start.
+
+    ``reads``: whether the command reads a file, in which columns may have units.
+    """
+    units = Units(setting.omega1, setting.m1, setting.amplitude)
+    file, options = _system_file(setting.system, units if setting.scale or (reads and units != Units()) else None)
     options += f" --units {setting.scale.system}" if setting.scale else ""
     return file, options + initial_option(setting.own_start)
 

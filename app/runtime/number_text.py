@@ -35,6 +35,20 @@ TYPED_UNITS = {
     "angle": {"rad": 1.0, "°": math.pi / 180, "deg": math.pi / 180},
     "share": {"": 1.0, "%": 0.01},
 }
+_SQUARE, _CUBIC = ("²", "2", "^2"), ("³", "3", "^3")
+# What is over the contact area, as a foundation modulus.
+TYPED_UNITS["pressure"] = {
+    **{f"N/m{power}": 1.0 for power in _SQUARE},
+    **{f"N/mm{power}": 1e6 for power in _SQUARE},
+    **{"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
+}
+for _quantity, _of_speed in (("stiffness_per_area", ""), ("damping_per_area", "s")):
+    TYPED_UNITS[_quantity] = {
+        **{f"N{_of_speed}/m{power}": 1.0 for power in _CUBIC},
+        **{f"N{_of_speed}/mm{power}": 1e9 for power in _CUBIC},
+        **{f"{of}{_of_speed}/m": size for of, size in (("Pa", 1.0), ("MPa", 1e6), ("GPa", 1e9))},
+        **{f"{of}{_of_speed}/mm": size for of, size in (("Pa", 1e3), ("MPa", 1e9), ("GPa", 1e12))},
+    }
 TYPED_UNITS |= {f"contact_{name}": TYPED_UNITS[name] for name in ("stiffness", "damping")}
 _PER_LENGTH = re.compile(r"(.+/)(m|mm)")
 _OF_LAW = re.compile(r"[kM]?Ns?/m?m\^[0-9.]+")  # of a contact law that is not linear

@@ -57,10 +57,11 @@ class RecordFile(NamedTuple):
     content: bytes
     on: str
     units: Units
+    physical: bool  # as `engine.read_record` has it
 
     def load(self) -> Load:
         """Raises ValueError where the file holds no record."""
-        return _RECORDS.get_or(self, lambda: parse_record(self.content, self.units, self.on))
+        return _RECORDS.get_or(self, lambda: parse_record(self.content, self.units, self.on, self.physical))
 
 
 class LoadQuestion(NamedTuple):

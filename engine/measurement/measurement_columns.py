@@ -23,6 +23,7 @@ _ACCELERATION = {"m/s²": 1e3, "m/s2": 1e3, "m/s^2": 1e3, "mm/s²": 1.0, "mm/s2"
 _UNITS = {"time": _SECONDS, "contact": {}, SERIES: {}, "force": _NEWTONS} | dict.fromkeys(ACCELERATIONS, _ACCELERATION)
 NO_HEADER = "(no header)"  # behind the line where the numbers begin
 _DIMENSIONLESS = ("", "-", "1")
+_EXAMPLE = "time [s], x1 [mm]"
 MOST_LISTED = 20  # columns that an error names
 _HEADER = re.compile(r"\s*(.*?)\s*(?:\[\s*([^\[\]]*?)\s*\]|\(\s*([^()]*?)\s*\)|/\s*([^\s/]+))?\s*")
 
@@ -100,7 +101,17 @@ def without_header(where: str, example: str) -> str:
     return f"{where}: nothing says what its numbers are; begin the file with a line, as {example}"
 
 
-def find_columns(header: list[str], where: str, units: Units, chosen: Mapping[str, str] | None) -> list[Column]:
+def without_units(where: str, example: str) -> str:
+    """The words of a refusal of a file beside a system in physical units, in which no column says what it counts."""
+    return (
+        f"{where}: no column has a unit, and the system is in physical units; give each its unit, as {example}, or [-] "
+        "for a number of the model"
+    )
+
+
+def find_columns(
+    header: list[str], where: str, units: Units, chosen: Mapping[str, str] | None, physical: bool = False
+) -> list[Column]:
     """Find out which column is what.
 
     Parameters
@@ -113,15 +124,17 @@ def find_columns(header: list[str], where: str, units: Units, chosen: Mapping[st
         With lengths in mm.
     chosen : mapping of str to str, optional
         For each name the column, by its number from 1 or its text in the header, perhaps with a unit in brackets.
+    physical : bool
+        Whether the system is in physical units: then columns without a unit have to say so, as [-].
 
     Raises
     ------
     UnknownColumns
         If time or displacement is missing.
     ValueError
-        If a column is given twice, a unit is unknown, or columns with and without a unit are mixed.
+        If a column is given twice, a unit is unknown, columns with and without a unit are mixed, or none says its unit.
     """
-    unnamed = without_header(where, "time [s], x1 [mm]") if NO_HEADER in where else ""
+    unnamed = without_header(where, _EXAMPLE) if NO_HEADER in where else ""
     if unnamed and not chosen:
         raise UnknownColumns(f"{unnamed}, or say which column is which", tuple(header))
     places = _chosen_places(header, chosen) if chosen else _known_places(header, where)
@@ -141,6 +154,9 @@ def find_columns(header: list[str], where: str, units: Units, chosen: Mapping[st
     columns = [_column(name, place, unit, where, units) for name, (place, unit) in places.items() if name not in unused]
     if len({column.physical for column in columns} - {None}) > 1:
         raise ValueError(f"{where}: mixes columns with and without a unit; give all as [s], [mm] or all as [-]")
+    counted = [places[column.name][1] for column in columns if column.physical is not None]
+    if physical and SERIES not in names and not any(counted):
+        raise ValueError(without_units(where, _EXAMPLE))
     return columns
 
 

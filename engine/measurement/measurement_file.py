@@ -128,6 +128,7 @@ def read_measurement(
     units: Units | None = None,
     columns: Mapping[str, str] | None = None,
     eta: float | None = None,
+    physical: bool = False,
 ) -> Measurement:
     """Read a measurement from a CSV file.
 
@@ -141,6 +142,9 @@ def read_measurement(
         ``{"time": "1 [s]", "x1": "Disp [mm]"}``; by default the header says so.
     eta : float, optional
         Excitation frequency, for the time of files that the page wrote without units.
+    physical : bool
+        Whether the system is in physical units: then a file in numbers of the model has to say so, by [-] in its
+        header; those of the page need not.
 
     Returns
     -------
@@ -156,7 +160,7 @@ def read_measurement(
     """
     content = read_file(path, MEASUREMENT_SIZE_LIMIT, bytes)
     try:
-        return parse_measurement(content, units, columns, eta)
+        return parse_measurement(content, units, columns, eta, physical=physical)
     except UnknownColumns as problem:
         raise UnknownColumns(f"{path}: {problem}", problem.header) from None
     except ValueError as problem:
@@ -169,6 +173,7 @@ def parse_measurement(
     columns: Mapping[str, str] | None = None,
     eta: float | None = None,
     largest: int = MEASUREMENT_SIZE_LIMIT,
+    physical: bool = False,
 ) -> Measurement:
     """Parse the bytes of a file; raises as :func:`read_measurement`, without its name.
 
@@ -176,7 +181,7 @@ def parse_measurement(
     """
     lines = lines_of(content, largest)
     table = table_of(lines)
-    chosen = find_columns(table.header, table.where, _in_millimetres(units or Units()), columns)
+    chosen = find_columns(table.header, table.where, _in_millimetres(units or Units()), columns, physical)
     series, found = _data(table, chosen)
     read = {column.place for column in chosen}
     left_out = [cell.strip() for place, cell in enumerate(table.header) if place not in read]

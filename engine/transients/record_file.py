@@ -6,8 +6,8 @@
 
 A file has a column of times and one of the load: the one that is named ``a``, ``acceleration``, ``f`` or ``force``, or
 else the only other one. Units stand as in a measurement (:mod:`..measurement.measurement_file`); without any the
-numbers are those of the model. A strong-motion file of PEER (.AT2) says how many samples there are and how far apart;
-its accelerations are in g.
+numbers are those of the model, which beside a system in physical units is to be said by ``[-]``. A strong-motion file
+of PEER (.AT2) says how many samples there are and how far apart; its accelerations are in g.
 """
 
 import math
@@ -24,6 +24,7 @@ from vibroscope.engine.measurement.measurement_columns import (
     names_time,
     unit_factor,
     without_header,
+    without_units,
 )
 from vibroscope.engine.measurement.measurement_table import MEASUREMENT_SIZE_LIMIT, lines_of, number_in, table_of
 from vibroscope.engine.system_file import read_file
@@ -35,7 +36,7 @@ _AS = {"time": "[s] or [ms]", "acceleration": "[m/s2] or [g]", "force": "[N] or 
 _PEER = re.compile(r"NPTS\s*=\s*(\d+)\s*,\s*DT\s*=\s*([\d.eE+-]+)", re.IGNORECASE)
 
 
-def read_record(path: str | Path, units: Units | None = None, on: str = "base") -> Load:
+def read_record(path: str | Path, units: Units | None = None, on: str = "base", physical: bool = False) -> Load:
     """Read a load from a file.
 
     Parameters
@@ -45,6 +46,9 @@ def read_record(path: str | Path, units: Units | None = None, on: str = "base") 
         What the numbers of the model are counted in, for columns with a unit; by default the paper's.
     on : {"base", "force1", "force2"}
         What the load is.
+    physical : bool
+        Whether the system is in physical units: then a file in numbers of the model has to say so, by [-] in its
+        header.
 
     Returns
     -------
@@ -55,10 +59,10 @@ def read_record(path: str | Path, units: Units | None = None, on: str = "base") 
     ValueError
         If the file cannot be read, or is no record: one line that names the file, the line and the fault.
     """
-    return read_file(path, MEASUREMENT_SIZE_LIMIT, lambda content: parse_record(content, units, on))
+    return read_file(path, MEASUREMENT_SIZE_LIMIT, lambda content: parse_record(content, units, on, physical))
 
 
-def parse_record(content: bytes, units: Units | None = None, on: str = "base") -> Load:
+def parse_record(content: bytes, units: Units | None = None, on: str = "base", physical: bool = False) -> Load:
     r"""Parse the bytes of a record; raises as :func:`read_record`, without the name of the file.
 
     Examples
@@ -73,14 +77,15 @@ def parse_record(content: bytes, units: Units | None = None, on: str = "base") -
     peer = next((found for line in lines[:8] if (found := _PEER.search(line))), None)
     if peer:
         return _peer(lines, peer, units, on)
-    table = table_of(lines)
+    table, loaded = table_of(lines), quantity_of(on)
+    example = f"time {_AS['time'].split()[0]}, {_NAMES[loaded][0]} {_AS[loaded].split()[0]}"
     if NO_HEADER in table.where:  # what its numbers count is not known
-        quantity = quantity_of(on)
-        example = f"time {_AS['time'].split()[0]}, {_NAMES[quantity][0]} {_AS[quantity].split()[0]}"
         raise ValueError(without_header(table.where, example))
-    time, value = _places(table.header, table.where, quantity_of(on))
+    time, value = _places(table.header, table.where, loaded)
+    if physical and not any(name_and_unit(table.header[place])[1] for place in (time, value)):
+        raise ValueError(without_units(table.where, example))
     factors = []
-    for place, quantity in (time, "time"), (value, quantity_of(on)):
+    for place, quantity in (time, "time"), (value, loaded):
         size = unit_factor(name_and_unit(table.header[place])[1], quantity)
         if size is None:
             cell = table.header[place].strip()

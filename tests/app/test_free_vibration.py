@@ -184,7 +184,10 @@ def test_a_search_without_a_drive_points_to_one_contact(capsys, tmp_path):
     file = tmp_path / "thrown.toml"
     file.write_text(THROWN_FROM_AFAR)
     assert main(["recommend", "--system", str(file)]) == 2
-    assert "find K, D and the step for one contact with vibroscope impact" in capsys.readouterr().err
+    assert (
+        "find K, D and the step of its contacts with vibroscope impact --system FILE --initial"
+        in capsys.readouterr().err
+    )
 
 
 def test_a_ball_needs_no_unit_of_time_and_meets_the_floor_as_it_falls(capsys, tmp_path):

@@ -34,6 +34,15 @@ def test_a_code_has_its_own_integrator_status_and_law(capsys):
     assert (status, "leave --law out" in err) == (2, True)
 
 
+def test_the_restitution_of_the_system_stands_in_for_one_that_is_not_given(capsys, tmp_path):
+    file = tmp_path / "box.toml"
+    file.write_text("[physical]\nwall = true\nmass1_kg = 2\nfrequency1_Hz = 20\nclearance_mm = 2\nrestitution = 0.5\n")
+    words = ("impact", "--system", str(file), "--initial=-9mm,0,0,0", "--permitted-penetration", "0.1 mm", "--json")
+    status, out, err = run_command(capsys, *words)
+    assert (status, err) == (0, "vibroscope: --restitution is that of --system, 0.5\n")
+    assert (0, out, "") == run_command(capsys, *words, "--restitution", "0.5")
+
+
 def test_a_tolerance_may_be_in_percent(capsys):
     words = (*KV, "--restitution", "0.5", "--steps-per-contact", "5", "--tolerance")
     assert answered(capsys, *words, "5 %") == answered(capsys, *words, "0.05") != answered(capsys, *words, "8 %")

@@ -120,6 +120,13 @@ def test_a_move_of_eta_reads_a_file_again_only_where_its_numbers_depend_on_it(mo
     assert len(parsed) == 3
 
 
+def test_a_file_without_units_is_numbers_of_the_model_while_the_page_shows_no_units():
+    plain = MeasuredFile("own.csv", b"time,xi1\n" + b"".join(b"%f,%d\n" % (i / 8, i) for i in range(20)))
+    assert plain.measurement(SETTING).span == pytest.approx(19 / 8)
+    with pytest.raises(ValueError, match=r"no column has a unit, .* as time \[s\], x1 \[mm\], or \[-\]"):
+        plain.measurement(SETTING._replace(units="si"))
+
+
 def test_a_wall_is_offered_what_it_has_and_one_body_is_drawn(overlay):
     setting = Setting(bodies="wall", eta=0.8, K=500.0, D=2.0, steps=500, d1=0.05, clearance=0.5, restitution=0.6)
     overlay.follow(setting)

@@ -53,6 +53,17 @@ def test_a_tolerance_that_is_not_met_is_a_result(capsys):
     assert (status, found["met"], found["K"], found["error"], found["front"]) == (0, False, None, None, [])
 
 
+def test_the_error_that_is_least_is_named_as_in_the_table_where_nothing_meets_the_tolerance(capsys):
+    out = run(capsys, "--eta", "2.76", "--tolerance", "0.02", "--steps-max", "256", "--K", "300", "--D", "4")[1]
+    for part in out.split("eta = 2.76, ")[1:]:
+        kept = re.search(r"the least robust error, which half .* is (\S+ %), with (\d+) steps per period", part)
+        rows = re.findall(r"^ +(\d+) +\d+ +\S+ % +(\S+ %)", part, re.MULTILINE)
+        assert kept.groups() == rows[-1][::-1]
+        shown = re.search(r"^best found .* (\d+) steps per period(.*)$", part, re.MULTILINE)
+        cheaper = ": cheaper than that of the least robust error, and in the search hardly worse"
+        assert shown[2] == ("" if shown[1] == rows[-1][0] else cheaper)
+
+
 def test_people_get_both_kinds_of_step_and_units(capsys):
     status, out, _ = run(capsys, "--eta", "3.25", *QUICK, "--units")
     assert status == 0

@@ -16,6 +16,7 @@ FILES = {
     "broken.toml": "[system]\nkappa = 2..\n",
     "bare.csv": "0, 0\n1, 4\n2, 0\n",
     "damped.toml": "[system]\nd1 = 2\n",
+    "empty.toml": "# a system\n[system]\n",
 }
 SHORT = {
     "REFERENCE": "--solver reference --eta 1.08",
@@ -51,6 +52,7 @@ REFUSED = {
         REFERENCE --colour=2 | simulate: --colour is no option (see
         REFERENCE 'one⏎line' | simulate: one line belongs to no option (see
         REFERENCE --system typo.toml | typo.toml: unknown constant in [system]: 'kapa'; did you mean kappa?
+        REFERENCE --system empty.toml | empty.toml: has no entry ... [physical], or in [system]
         REFERENCE --system broken.toml | broken.toml: not valid TOML
         REFERENCE --system damped.toml | damped.toml: d1 = 2.0 is outside [0, 1)
         REFERENCE --system nowhere.toml | nowhere.toml: cannot be read: No such file or directory
@@ -115,7 +117,10 @@ REFUSED = {
         --materials steel,wood --radius 1 --law flores --D 1 | unknown material 'wood'; known
         PLATES | --materials needs --radius
         PLATES --radius 1 | give --law hunt-crossley
-        --K 1e6 | one of the arguments --D --restitution is required
+        --K 1e6 | give --D or --restitution, or --system with a restitution
+        PART --mass 0 | mass = 0.0 is outside ... give the reduced mass
+        PART --mass -1kg | mass = -1.0 (-1kg) is outside ... give the reduced mass
+        PART --speed -.5m/s | closing_speed = -0.5 (-.5m/s) is outside
         PART --restitution 0.5 | not allowed with
         --K 1e6 --restitution 1.5 | restitution = 1.5 is outside [0, 1]
         --K '1e6 kg' --D 3 | give it in N/m
@@ -134,6 +139,9 @@ REFUSED = {
         --moreau-jean 0.5 --D 3 --time-step 1 | --D goes with a contact spring""",
     "recommend": """
         | --eta
+        --system box.toml --initial '-600 mm,0,0,0' | --initial is no option: ... free vibration ... impact
+        --system box.toml --initial -600mm,0,0,0 | --initial is no option: ... free vibration ... impact --system FILE
+        --system box.toml | nothing drives the bodies ... free vibration ... impact --system FILE --initial
         --eta 2.76 --tolerance 0 | tolerance = 0
         --eta 2.76 --tolerance nan | tolerance = nan
         --eta -1 | eta = -1

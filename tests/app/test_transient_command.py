@@ -67,10 +67,29 @@ def test_a_record_and_the_pulse_that_it_samples_give_the_same(box, tmp_path, cap
 
 
 def test_a_record_ends_when_its_file_says_and_says_if_that_has_no_units(box, tmp_path, capsys):
-    for head, words in ("time [s], a [g]", "it ends at 20 ms,"), ("time, a", "record, in a file without units, of the"):
+    unitless = "record, in a file without units, of the"
+    for head, words in ("time [s], a [g]", "it ends at 20 ms,"), ("time [-], a [-]", unitless):
         (tmp_path / "a.csv").write_text(f"{head}\n0, 0\n0.01, 1\n0.02, 0\n")
         assert main([*box, "--base-record", str(tmp_path / "a.csv"), "--units"]) == 0
         assert words in capsys.readouterr().out
+
+
+def test_a_file_without_units_beside_a_physical_system_is_refused_with_what_to_write(box, tmp_path, capsys):
+    record, measured = tmp_path / "a.csv", tmp_path / "m.csv"
+    record.write_text("time,acceleration\n0, 0\n0.01, 1\n0.02, 0\n")
+    measured.write_text("\n".join(["time,xi1,force [N]", *(f"{0.01 * i},{i % 3},0" for i in range(20))]))
+    said = "line 1: no column has a unit, and the system is in physical units; give each its unit, as time [s], "
+    assert main([*box, "--base-record", str(record)]) == 2
+    assert f"{record}: {said}a [m/s2], or [-] for a number of the model" in capsys.readouterr().err
+    step = ("--steps", "0.1 ms")
+    assert main([*box, "--base-half-sine", "5 g,11 ms", *CONTACT, *step, "--measured", str(measured)]) == 2
+    assert f"{measured}: {said}x1 [mm], or [-] for a number of the model" in capsys.readouterr().err
+    plain = ["transient", "--base-record", str(record)]  # of a system without dimension they are its numbers
+    assert main(plain) == 0
+    assert (
+        "record, in a file without units, of the acceleration of the base, peak 1; it ends at 0.02,"
+        in capsys.readouterr().out
+    )
 
 
 @pytest.mark.parametrize(

@@ -112,9 +112,43 @@ def test_adams_gives_its_small_part_a_stiffness():
 
 def test_ls_dyna_takes_the_larger_of_two_stiffnesses():
     of_step = 0.1 * 3.0 / 1e-6
-    assert contact_of("ls-dyna-explicit", {"VDC": "20"}).stiffness == pytest.approx(of_step)
-    stiff = contact_of("ls-dyna-explicit", {"k0": "1e7 N/m", "VDC": "20"})
+    assert contact_of("ls-dyna-explicit", {"SOFT": "1", "VDC": "20"}).stiffness == pytest.approx(of_step)
+    stiff = contact_of("ls-dyna-explicit", {"SOFT": "1", "k0": "1e7 N/m", "VDC": "20"})
     assert stiff.stiffness == pytest.approx(0.1 * 1e7)
+
+
+def test_ls_dyna_has_the_stiffness_of_its_elements_unless_soft_is_1():
+    """By default SOFT = 0: k = SLSFAC SFS k0, and neither SOFSCL nor the step plays a part."""
+    around = Around(mass=0.5, step=1e-5)
+    for more in ({}, {"SOFT": "0"}, {"SOFT": "0", "SOFSCL": "0.3"}):
+        found = contact_of("ls-dyna-explicit", {"k0": "1000 N/mm", "VDC": "20"} | more, around)
+        assert found.stiffness == pytest.approx(1e5)
+        assert found.damping == pytest.approx(0.2 * 2 * math.sqrt(1e5 * 0.5))
+    assert contact_of("ls-dyna-explicit", {"k0": "1000 N/mm", "SOFT": "1"}, around).stiffness == pytest.approx(5e8)
+    there = translate(PHYSICAL, {"K": "3e5 N/m", "c": "40 N s/m"}, codes()["ls-dyna-explicit"], around)
+    back = translate(codes()["ls-dyna-explicit"], there.written[0].words, PHYSICAL, around)
+    assert there.written[0].line.startswith("SOFT = 1 and SOFSCL = ")
+    assert words_of(back) == pytest.approx({"K": 3e5, "c": 40.0}, rel=1e-5)
+
+
+def test_abaqus_explicit_has_a_fraction_of_critical_damping_by_default():
+    found = contact_of("abaqus-explicit", {"overclosure": "1e9"})
+    assert found.stiffness == pytest.approx(1.2e5)
+    assert found.damping == pytest.approx(0.03 * 2 * math.sqrt(1.2e5 * 2.0))
+    for damping in (0.0, 1e5):
+        own = contact_of("abaqus-explicit", {"overclosure": "1e9", "damping": f"{damping}"})
+        assert own.damping == pytest.approx(damping * 1.2e-4)
+
+
+@pytest.mark.parametrize(
+    "text", ["1000 N/mm³", "1000 N/mm^3", "1000 MPa/mm", "1000 N/mm3", "1e6 MPa/m", "1e12 N/m³", "1e12"]
+)
+def test_numbers_per_area_take_units(text):
+    words = {"overclosure": text, "damping": "2e-4 N s/mm^3"}
+    found = contact_of("abaqus-standard", words)
+    assert (found.stiffness, found.damping) == pytest.approx((1e12 * 1.2e-4, 2e5 * 1.2e-4))
+    comsol = contact_of("comsol", {"E_char": "200 GPa", "hmin": "1 mm"})
+    assert comsol.stiffness == pytest.approx(2e11 / 1e-3 * 1.2e-4)
 
 
 @pytest.mark.parametrize(("slave", "master"), [(3.0, 6.0), (6.0, 3.0), (4.0, 4.0), (1.0, 1e12)])
@@ -124,16 +158,17 @@ def test_ls_dyna_has_the_critical_damping_of_its_lighter_node(slave, master):
     found = contact_of("ls-dyna-explicit", {"k0": "1e7 N/m", "VDC": "20"}, around)
     omega = math.sqrt(1e6 * (slave + master) / (master * slave))
     assert found.damping == pytest.approx(0.2 * 2 * min(slave, master) * omega)
-    soft = contact_of("ls-dyna-explicit", {}, around)
+    soft = contact_of("ls-dyna-explicit", {"SOFT": "1"}, around)
     assert soft.stiffness == pytest.approx(0.1 * min(slave, master) / 1e-6)
 
 
 def test_without_the_lighter_mass_a_body_meets_a_wall_and_a_wrong_one_is_refused():
-    wall, both = (contact_of("ls-dyna-explicit", {"VDC": "20"}, Around(2.0, each, 1e-3)) for each in (None, 2.0))
+    words = {"SOFT": "1", "VDC": "20"}
+    wall, both = (contact_of("ls-dyna-explicit", words, Around(2.0, each, 1e-3)) for each in (None, 2.0))
     assert vars(wall) == vars(both)
     for mass in (1.9, 4.1):
         with pytest.raises(ValueError, match="one to two times the reduced mass"):
-            contact_of("ls-dyna-explicit", {}, replace(AROUND, lighter=mass))
+            contact_of("ls-dyna-explicit", words, replace(AROUND, lighter=mass))
 
 
 def test_impact_material_is_made_as_the_wiki_says():
@@ -239,6 +274,10 @@ def test_what_the_other_code_cannot_say_is_named():
         ("gazebo", {"soft_erp": "0.2"}, "soft_cfm is missing"),
         ("opensees", {"K1": "1e6", "K2": "2e6", "dy": "1 mm"}, "restitution of 0 to 1"),
         ("code-aster", {"RIGI_NOR": "0", "AMOR_NOR": "1"}, "RIGI_NOR"),
+        ("ls-dyna-explicit", {}, "k0 is missing"),
+        ("ls-dyna-explicit", {"k0": "1e6", "SOFSCL": "0.2"}, "SOFT is missing"),
+        ("ls-dyna-explicit", {"k0": "1e6", "SOFT": "2"}, "give SOFT=0 or SOFT=1"),
+        ("abaqus-standard", {"overclosure": "1 N/mm", "damping": "0"}, "N/mm³"),
     ],
 )
 def test_a_word_that_is_wrong_is_refused_with_what_to_do(code, words, said):
@@ -277,12 +316,14 @@ def test_the_command_prints_both_and_the_middle(capsys):
         ("Mujuco", "did you mean mujoco?"),
         ("lsdyna", "did you mean ls-dyna-explicit?"),
         ("xyz", "there is no such code; give one of physical"),
+        ("ls-dyna-implicit", "are not known; did you mean ls-dyna-explicit?"),
     ],
 )
 def test_a_code_whose_words_are_not_known_is_refused_with_the_name_that_is_near(capsys, key, said):
-    status, printed = run(capsys, "--from", key, "--to", "adams")
-    assert status == 2
-    assert said in printed.err
+    for words in (["--from", key, "--to", "adams"], ["--from", "adams", "--to", key]):
+        status, printed = run(capsys, *words)
+        assert status == 2
+        assert said in printed.err
 
 
 def test_codes_alone_shows_them(capsys):

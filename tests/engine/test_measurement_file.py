@@ -253,7 +253,7 @@ def test_columns_of_a_file_without_header_need_units():
 def test_a_file_of_the_page_is_read_with_its_time_in_periods():
     rows = [f"{name},{i / 8},{i}" for name in ("reference", "penalty") for i in range(20)]
     content = text("series,time,xi1", rows)
-    found = parse_measurement(content, eta=2.0)
+    found = parse_measurement(content, eta=2.0, physical=True)
     assert found.time == pytest.approx(np.arange(20) * np.pi / 8)
     assert found.left_out == ("other curves than reference",)
     with pytest.raises(ValueError, match="time in periods and accelerations need the excitation frequency: give eta"):

@@ -23,7 +23,13 @@ def test_a_written_file_is_read_back(d1, d2, d3, restitution, kappa, share):
 
 def test_the_default_is_table_1():
     assert parse_system(system_text().encode()) == SystemFile(System(), Units())
-    assert parse_system(b"") == SystemFile(System(), Units())
+    assert parse_system(b"[system]\nwall = false") == SystemFile(System(), Units())
+
+
+@pytest.mark.parametrize("content", [b"", b"# only words\n", b"[system]\n[units]\n"])
+def test_a_file_without_any_entry_is_not_the_papers_system(content):
+    with pytest.raises(ValueError, match=r"no entry: describe the system in a table \[physical\]"):
+        parse_system(content)
 
 
 def test_every_constant_is_explained_with_its_true_range():

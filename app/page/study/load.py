@@ -244,7 +244,7 @@ class LoadTab(StudyView):
         chosen, penalty = self.panel.chosen, setting.penalty
         on = "force1" if setting.bodies == "wall" and chosen["on"] == "force2" else chosen["on"]
         if chosen["kind"] == "record":
-            source = RecordFile(*(self._record or ("", b"")), on, setting.own_units)
+            source = RecordFile(*(self._record or ("", b"")), on, setting.own_units, setting.scale is not None)
         else:
             source = Pulse(chosen["kind"], on, tuple(chosen[name] for name in _NUMBERS[chosen["kind"]]))
         steps = max(1, math.ceil(setting.eta * setting.steps * (1.0 - 1e-9)))
