@@ -67,7 +67,7 @@ def test_a_restitution_that_is_not_given_is_noted_by_every_run(capsys, tmp_path)
         status, out, err = run_command(capsys, *run_it)
         assert (status, err.count("gives no restitution")) == (0, noted)
         assert json.loads(out)["section"]
-    path.write_text("")  # the paper's system, whose numbers are all known
+    path.write_text("[excitation]\nbase = 1.0\n")  # the paper's system, whose numbers are all known
     assert "restitution" not in run_command(capsys, "system", "--system", str(path))[2]
 
 

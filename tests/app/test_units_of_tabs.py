@@ -16,6 +16,7 @@ from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import VIEWS
 from vibroscope.app.page.your_code.rules import rows_of
 from vibroscope.app.runtime.json_text import json_text
+from vibroscope.app.studies.study_job import RESULTS
 from vibroscope.app.studies.your_code import Judged, PartialCode, question_of
 from vibroscope.engine import Units
 from vibroscope.engine.facts import Amount, Symbol, stated
@@ -141,7 +142,8 @@ def test_rules_have_units_in_the_page_and_in_files_also_without_a_number():
     tab = VIEWS["code"](QueueingHost())
     tab.build()
     both = (judged(SETTING.penalty), judged(None))
-    tab.study.result = PartialCode(question_of(PHYSICAL), compute_runs(SETTING), "", both)
+    result = PartialCode(question_of(PHYSICAL), compute_runs(SETTING), "", both)
+    RESULTS.put(result.question, result)
     tab.show(Move(1, PHYSICAL))
     tab.hide()
     found, none = tab.data()["rules"].values()
