@@ -70,6 +70,8 @@
     const open = nodes.find((node) => node.matches(".line[data-kind='']") && visible(node) && isDriven());
     if (open) return "kinds of motion";
     if (running) return running.className || running.tagName;
+    const alone = nodes.find((node) => node.matches("h2") && /^Change one number alone/.test(node.textContent) && visible(node));
+    if (alone && !Bokeh.documents[0].get_model_by_name("alone_K")) return "figures that come when they are looked at";
     const title = figures().map(({ model }) => model.title?.text ?? "").find((text) => /comput/.test(text) && !/\b100 %/.test(text));
     if (title) return title;
     const said = nodes.find((node) => !node.childElementCount && /(computing|checking|searching|reading) …/i.test(node.textContent) && visible(node));
