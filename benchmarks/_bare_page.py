@@ -42,7 +42,9 @@ class Bare:
         self.doc, self.prepared = doc, prepared
         motion = MotionView()
         columns = prepared[SETTING.eta]
-        self.sources = {name: motion.sources[name] for name in columns}
+        # the section first: a figure is painted as soon as its columns are there, and the probe reads η in those of it
+        order = sorted(columns, key=lambda name: name != "section_reference")
+        self.sources = {name: motion.sources[name] for name in order}
         diagram = EtaMapView(motion.sources)
         self.cursor = diagram.cursor
         for name, source in self.sources.items():
