@@ -23,6 +23,7 @@ from vibroscope.engine import (
     verdict,
     with_located_steps,
 )
+from vibroscope.engine.contact import equal_restitution_damping
 from vibroscope.engine.law_table import ratio_of_restitution
 from vibroscope.engine.recommendation.search import recommend
 
@@ -188,3 +189,26 @@ def test_a_clearance_that_shrinks_brings_the_motion_back_in_proportion():
     ]
     far, near = (np.abs(section - sections[0]).max() for section in sections[1:])
     assert 0 < near <= far / 50
+
+
+def test_a_reference_that_is_at_rest_whenever_a_period_ends_is_compared():
+    """A preloaded stop: its section is a point without size, and the elastic penalty solution does not repeat."""
+    system = System(wall=True, d1=0.0, clearance=-0.45, restitution=0.7, excitation=Excitation(base=1.0))
+    found = compare(ComparisonQuestion(system, 0.727, Newmark(70, 0, 1250)))
+    assert found.statistics.size == 0.0
+    assert found.statistics.total == np.inf
+    assert found.difference.measure == "displacements"
+    assert np.isfinite(found.difference.total)
+
+
+def test_a_free_vibration_that_comes_to_rest_is_split_as_it_is_compared():
+    """At equal restitution nothing is left of a wrong one; the runs of the parts rest in the end, too."""
+    load = Excitation(base=0.0, constant1=1.0)
+    system = System(wall=True, d1=0.02, clearance=0.3, restitution=0.55, excitation=load)
+    damping = equal_restitution_damping(system, 220.0)
+    start = {"initial": (-0.3, 0.0, 0.0, 0.0), "periods": FREE_PERIODS, "keep": FREE_PERIODS}
+    found = compare(ComparisonQuestion(system, 1.0, Newmark(220.0, damping, 8000), **start))
+    parts, of_step = found.split(), found.split_time_step()
+    assert parts.in_step
+    assert found.parts.relative(parts.wrong_restitution) < 1e-3
+    assert found.parts.relative(of_step.status) < 0.05 * found.total

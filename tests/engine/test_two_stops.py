@@ -1,6 +1,7 @@
 """Two stops on one gap: closed forms of the impact pair, plain twins, the mirror, studies, and what is refused."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -579,3 +580,15 @@ def test_a_verdict_tries_no_contact_between_two_stops_that_is_shorter_than_a_few
     # K, D and the step together leave 10.7 of 18.6 % once the motion has settled
     assert not found.together
     assert "No number alone halves it: at best no time step leaves 16 %" in str(found.headline)
+
+
+def test_the_step_that_is_stable_is_so_in_contact_with_the_stiffer_stop():
+    """A run is seen from either stop when it blows up; its advice does not depend on which."""
+    system, alone = replace(WALL, stiffness_factor2=4.0), replace(WALL, clearance2=None, restitution2=None)
+    method = TimeStepping(2000.0, 0.5, 60, CentralDifference())
+    stiffer = simulate(alone, 1.0, replace(method, stiffness=8000.0), periods=20, keep=1)
+    advice = re.search(r"unstable in contact with fewer than \d+ steps", stiffer.message)[0]
+    for steps in range(20, 81, 4):
+        run = simulate(system, 1.0, replace(method, steps=steps), periods=20, keep=1)
+        assert run.status == "diverged"
+        assert advice in run.message
