@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,6 +19,10 @@ from vibroscope.engine import (
     verdict,
     written,
 )
+from vibroscope.engine.divergence.alone import Change
+from vibroscope.engine.divergence.conditions import conditions
+from vibroscope.engine.divergence.sentences import detail_sentences
+from vibroscope.engine.facts import print_statement
 
 from tests.app.command_line import run_command
 
@@ -134,6 +139,22 @@ def test_the_difference_over_each_number_alone_is_printed(expected, capsys):
     assert "ended early" in tables["K"]
     assert tables["steps"].splitlines()[-1].split()[0] == "none"
     assert f"The joint damping makes {percent(expected.floor)}" in out
+    assert "At best: the middle of the values that leave at most 1.25 times the least" in out
+
+
+def test_nothing_that_leaves_more_than_there_is_stands_as_the_best(expected):
+    comparison = compare(ComparisonQuestion(System(), 1.08, Newmark(100, 50, 2000)))
+    worse = Change("status", 2.0, 2.0, comparison.runs.penalty.method)
+    contact = conditions(System(), 1.08, comparison.runs.penalty.method, comparison.closing_speed)
+    for curves, said in ((expected.curves, True), ({}, False)):
+        found = replace(expected, curves=curves, choices=(worse,))
+        lines = detail_sentences(
+            comparison,
+            found,
+            conditions(System(), 1.08, comparison.runs.penalty.method, comparison.closing_speed),
+            None,
+        )
+        assert any("What is left at best" in line for line in lines) == said
 
 
 def test_the_json_has_the_curves_where_they_are_asked_for(expected, capsys):
