@@ -144,16 +144,11 @@ def test_the_difference_over_each_number_alone_is_printed(expected, capsys):
 
 def test_nothing_that_leaves_more_than_there_is_stands_as_the_best(expected):
     comparison = compare(ComparisonQuestion(System(), 1.08, Newmark(100, 50, 2000)))
-    worse = Change("status", 2.0, 2.0, comparison.runs.penalty.method)
-    contact = conditions(System(), 1.08, comparison.runs.penalty.method, comparison.closing_speed)
+    method = comparison.runs.penalty.method
+    contact, worse = conditions(System(), 1.08, method, comparison.closing_speed), Change("status", 2.0, 2.0, method)
     for curves, said in ((expected.curves, True), ({}, False)):
         found = replace(expected, curves=curves, choices=(worse,))
-        lines = detail_sentences(
-            comparison,
-            found,
-            conditions(System(), 1.08, comparison.runs.penalty.method, comparison.closing_speed),
-            None,
-        )
+        lines = map(print_statement, detail_sentences(comparison, found, contact, None))
         assert any("What is left at best" in line for line in lines) == said
 
 
