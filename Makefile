@@ -1,5 +1,5 @@
-# Everything starts here: `make run` opens the explorer, `make check` tests it in about a minute, `make test` wholly. Each
-# sets up what it needs in .venv, once; a stamp in there is touched last, so that a broken set-up is repeated.
+# Everything starts here: `make run` opens the explorer, `make check` tests it in a minute or two, `make test` wholly.
+# Each sets up what it needs in .venv, once; a stamp in there is touched last, so that a broken set-up is repeated.
 
 PYTHON ?= python3
 ARGS ?=
@@ -18,7 +18,7 @@ INSTALL := $(BIN)/python -m pip --disable-pip-version-check install --quiet --no
 
 help:
 	@echo "make run        open the explorer in the browser"
-	@echo "make check      check style, run the tests that take less than a moment: about a minute"
+	@echo "make check      check style, run the tests that take less than a quarter of a second: a minute or two"
 	@echo "make test       run all tests                 (ARGS='-k grazing' hands options to pytest)"
 	@echo "make long       renew the list of tests that make check leaves out, on a machine that does nothing else"
 	@echo "make docs       build the documentation, which the explorer serves under /docs: a minute or two"

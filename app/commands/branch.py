@@ -360,7 +360,7 @@ def _plain(branch: Branch) -> dict:
 
 
 def _lines(branch: Branch) -> list[str]:
-    """A branch as text; ξ₁ tells orbits of one period apart, as a motion between two stops and its mirror image."""
+    """A branch as text; ξ₁ distinguishes orbits of one period, as a motion between two stops and its mirror image."""
     parts = ", ".join(dict.fromkeys(f"{low:.6g} to {high:.6g}" for low, high in branch.stable_ranges)) or "nowhere"
     low, high = branch.values.min(), branch.values.max()
     ends = zip(branch.ends, branch.sections[[0, -1], 0], strict=True)

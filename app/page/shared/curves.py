@@ -209,9 +209,9 @@ class Curves:
         """The columns of each source."""
         found = {source: list(columns) for source, columns in cls.beside.items()}
         for plot in cls.plots.values():
-            told = re.findall(r"@(\w+)", " ".join(plot.tips.values()))
+            shown = re.findall(r"@(\w+)", " ".join(plot.tips.values()))
             for _, each in plot.curves:
-                found.setdefault(each.source, []).extend([*each.columns(*_PLACES), *(told if each.hovered else ())])
+                found.setdefault(each.source, []).extend([*each.columns(*_PLACES), *(shown if each.hovered else ())])
         return {source: list(dict.fromkeys(columns)) for source, columns in found.items()}
 
     def _build(self, name: str, plot: Plot) -> figure:
