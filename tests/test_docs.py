@@ -1,5 +1,6 @@
 """The documents fit the code: each path, name, link, option and command that they mention exists."""
 
+import json
 import re
 import shlex
 from importlib.metadata import version as version_of
@@ -147,6 +148,12 @@ def test_the_guide_names_every_view():
 def test_the_table_of_benchmarks_names_every_script():
     scripts = {path.name for path in (ROOT / "benchmarks").glob("[!_]*.py")}
     assert scripts <= first_column("docs/validation.md")
+
+
+def test_the_table_of_solutions_counts_them():
+    rows = re.findall(r"^\| `(\w+\.json)` \| (\d+) ", DOCUMENTS["docs/validation.md"].read_text(), re.MULTILINE)
+    files = {path.name: json.loads(path.read_text())["cases"] for path in (ROOT / "assets" / "truth").glob("*.json")}
+    assert {name: int(count) for name, count in rows} == {name: len(cases) for name, cases in files.items()}
 
 
 def test_no_document_holds_the_number_of_the_version():
