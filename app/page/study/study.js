@@ -106,7 +106,7 @@ function numbers(root, specs, send) {
       setText(symbol, field.label);
       setText(words, field.name);
       input.placeholder = field.empty ?? "";
-      row.classList.toggle("wide", field.label.length + field.name.length > 14);
+      row.classList.toggle("wide", field.label.length + field.name.length > 10);
       if (typing || (text === shown && model.refused)) return;
       shown = text;
       input.value = text;
