@@ -10,7 +10,7 @@ from vibroscope.engine import Checkpoint, Record, Reference, simulate
 PER_PERIOD = 200  # samples
 SECTION = 1000  # periods of a section that is compared as a distribution
 LONG = 40_000  # periods after which a motion is what it stays
-SAME_POINT = 1e-5  # of the section's size, as docs/theory/comparison.md says
+SAME_POINT = 1e-5  # of the section's size, as docs/theory/motions.md says
 SLOW = 0.03  # s: a run that takes longer is made short in a scan
 SHORT = 250  # periods of a short run before those that are kept
 
