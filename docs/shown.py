@@ -77,8 +77,8 @@ def glossary() -> str:
     found = tomllib.loads((DOCS.parent / "assets/glossary.toml").read_text(encoding="utf-8"))
     lines = [
         "# Glossary",
-        "Words that a textbook lacks, or has in another sense. `make shown` writes this page from "
-        "`assets/glossary.toml`; the symbols of the formulas are in [theory/symbols.md](theory/symbols.md).",
+        "Words that a textbook lacks, or has in another sense; [symbols](theory/symbols.md) have a page of their own. "
+        "`make shown` writes this page from `assets/glossary.toml`.",
         "## On the page",
         "Help lists them, and a term on the page opens its entry.",
     ]

@@ -20,4 +20,5 @@ class Entry(NamedTuple):
 def glossary() -> tuple[Entry, ...]:
     """All entries, in the order of Help."""
     tables = tomllib.loads(asset("glossary.toml"))
-    return tuple(Entry(one["head"], one["text"], tuple(one["opens"]), one["read"]) for one in tables["entry"])
+    entries = tables["symbol"] + tables["entry"]
+    return tuple(Entry(one["head"], one["text"], tuple(one["opens"]), one["read"]) for one in entries)
