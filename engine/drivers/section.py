@@ -43,11 +43,6 @@ def sizes_of(sections: np.ndarray) -> np.ndarray:
     return out
 
 
-def near_period_of(section: np.ndarray) -> int:
-    """Smallest p ≤ LONGEST_NEAR_PERIOD after which the section recurs but for scatter; 0 if there is none."""
-    return statistics.near_period_of(np.ascontiguousarray(section), len(section))
-
-
 def name_numbers(numbers: np.ndarray) -> dict[str, np.ndarray]:
     """The numbers of a description by their names; the last axis is theirs."""
     return {

@@ -22,14 +22,14 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine.divergence.grid import rms
-from vibroscope.engine.drivers.section import LONGEST_NEAR_PERIOD, near_period_of
+from vibroscope.engine.drivers.section import LONGEST_NEAR_PERIOD
 from vibroscope.engine.facts import Amount, Statement, stated
 from vibroscope.engine.measurement.measurement import FRAMES, Measurement
 from vibroscope.engine.measurement.recurrence import Sensor, summarise_sensor
 from vibroscope.engine.measurement.tolerances import AT_BOUND, INSTANT, STILL, TRIGGER, WITHIN_NOISE
 from vibroscope.engine.methods import ExactPenalty, Method, Reference, TimeStepping
 from vibroscope.engine.model import System
-from vibroscope.engine.motions.motion import SAMPLES_PER_PERIOD
+from vibroscope.engine.motions.motion import SAMPLES_PER_PERIOD, motion
 from vibroscope.engine.motions.steady import steady
 from vibroscope.engine.result import Record, Response
 from vibroscope.engine.simulate import KEEP, simulate, simulate_load, under_load
@@ -170,13 +170,15 @@ def reference_cycle(system: System, eta: float, method: Reference | ExactPenalty
 
 
 def penalty_cycle(system: System, eta: float, method: TimeStepping, periods: int, **options) -> SettledRun:
-    """Return the last cycle of Newmark's run, where scatter is ignored; ``options`` and errors of `engine.simulate`."""
+    """Return the last cycle of a run with a time step; ``options``: initial and cancelled, as of `engine.simulate`.
+
+    How long it is says the judge of motions: a section that the step scatters may repeat itself by chance, or not.
+    """
     keep = min(KEEP, periods)
     record = Record(min(LONGEST_NEAR_PERIOD, keep), SAMPLES_PER_PERIOD)
     response = simulate(system, eta, method, periods=periods, keep=keep, record=record, **options)
-    # not Motion.near_period: an artefact of the time step may repeat itself exactly, after many periods
-    period = near_period_of(response.section) if response.ok else 0
-    return SettledRun(response, _last_cycle(response, period) if period else None)
+    period = motion(system, eta, method, **options).period if response.ok else 0
+    return SettledRun(response, _last_cycle(response, period) if 0 < period <= record.periods else None)
 
 
 def free_motion(system: System, eta: float, method: Method, measurement: Measurement, **options) -> SettledRun:

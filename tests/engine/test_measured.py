@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from vibroscope.app.explorer.measured import comparison_rows
 from vibroscope.engine import (
+    Excitation,
     Measurement,
     Newmark,
     Record,
@@ -15,6 +16,7 @@ from vibroscope.engine import (
     compare_measured,
     fit,
     measured_verdict,
+    motion,
     parse_measurement,
     percent,
     simulate,
@@ -188,6 +190,16 @@ def test_a_wrong_penalty_solution_is_recognised():
     words = measured_verdict(found)
     assert f"The penalty solution is {percent(found.penalty.alignment.rms)} off" in words
     assert "would close the sensor 1 times a period" in words
+
+
+@pytest.mark.parametrize("d1", [0.08, 0.0889])
+def test_what_the_step_scatters_is_no_other_motion(d1):
+    """Its section repeats itself after 3 periods by chance, or after 6, and without a step after one."""
+    stop = System(wall=True, d1=d1, clearance=2.0, restitution=0.7, excitation=Excitation(held="acceleration"))
+    coarse = Newmark(583.6, 2.0, 400)
+    assert motion(simulate(stop, 1.0, coarse)).period > 1
+    words = measured_verdict(compare_measured(stop, 1.0, synthetic_measurement(stop, 1.0, noise=0.002), coarse))
+    assert re.search(r"The penalty solution follows the measurement to \d.* %", words)
 
 
 def test_a_measurement_of_another_motion_is_recognised():

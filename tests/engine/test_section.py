@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from vibroscope.engine.drivers.section import TOLERANCE, near_period_of, period_of, sizes_of
+from vibroscope.engine.drivers.section import TOLERANCE, period_of, sizes_of
+from vibroscope.engine.kernels.section_statistics import near_period_of
 from vibroscope.engine.motions.section import (
     band_width,
     band_widths,
@@ -55,8 +56,8 @@ def test_bands_of_many_sections_are_those_of_each():
 def test_a_section_with_scatter_nearly_repeats():
     rng = np.random.default_rng(3)
     cycle = np.tile([[5.0, 1, -5, 1], [4.0, -1, 4, 2]], (20, 1))
-    assert near_period_of(cycle + rng.normal(0, 0.02, cycle.shape)) == 2
-    assert near_period_of(rng.normal(0, 5, cycle.shape)) == 0
+    assert near_period_of(cycle + rng.normal(0, 0.02, cycle.shape), len(cycle)) == 2
+    assert near_period_of(rng.normal(0, 5, cycle.shape), len(cycle)) == 0
 
 
 @pytest.mark.parametrize("turns", [np.sqrt(2) - 1, (np.sqrt(5) - 1) / 2 - 0.2, np.sqrt(3) / 5, 1 / np.pi])
