@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import xarray
 from vibroscope.app.commands.cli import main
+from vibroscope.engine import Cancelled, Progress
 
 ROOT = Path(__file__).parents[2]
 ETA = ["sweep", "eta", "--from", "2.7", "--to", "3.2", "--count", "6", "--transient", "50", "--sample", "8"]
@@ -83,6 +84,18 @@ def test_what_cannot_be_written_is_shown(tmp_path, capsys):
     assert "give a place that can be written" in capsys.readouterr().err
     assert main([*ETA, "--solver", "reference", "--out", str(tmp_path)]) == 2
     assert (tmp_path / "file").read_text() == "mine"
+
+
+@pytest.mark.parametrize(("seconds", "left"), [(50, "50 s"), (1800, "30 min"), (7200, "2.0 h")])
+def test_a_person_sees_how_long_a_study_still_takes(monkeypatch, capsys, tmp_path, seconds, left):
+    def grows(study, how):
+        how.progress(Progress(done=10, total=20, computed=10, reused=0, failed=0, seconds=seconds))
+        raise Cancelled
+
+    monkeypatch.setattr("vibroscope.app.commands.sweep.grow", grows)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    assert main([*ETA, "--solver", "reference", "--out", str(tmp_path / "x.zarr")]) == 130
+    assert f"10 of 20 cells, {10 / seconds:.3g} a second, {left} left" in capsys.readouterr().err
 
 
 SLOW = {  # 4,000 cells, of which the fastest machine computes a few before the signal
