@@ -86,6 +86,20 @@ def test_what_cannot_be_written_is_shown(tmp_path, capsys):
     assert (tmp_path / "file").read_text() == "mine"
 
 
+@pytest.mark.parametrize(
+    ("kind", "options"),
+    [("plane", "--K 100:10000:3 --D 1:100:3 --steps 100"), ("no-solution", "--K 100:10000:3 --D 18 --steps 10:1000:3")],
+)
+def test_the_axes_of_a_plane_grow_by_equal_factors(monkeypatch, tmp_path, kind, options):
+    def grows(study, how):
+        other = study.steps if kind == "no-solution" else np.multiply(study.D, 10)
+        np.testing.assert_allclose((study.K, other), ([100, 1000, 10_000], [10, 100, 1000]))
+        raise Cancelled
+
+    monkeypatch.setattr("vibroscope.app.commands.sweep.grow", grows)
+    assert main(["sweep", kind, "--eta", "2.76", *options.split(), "--out", str(tmp_path / "x.zarr")]) == 130
+
+
 @pytest.mark.parametrize(("seconds", "left"), [(50, "50 s"), (1800, "30 min"), (7200, "2.0 h")])
 def test_a_person_sees_how_long_a_study_still_takes(monkeypatch, capsys, tmp_path, seconds, left):
     def grows(study, how):
