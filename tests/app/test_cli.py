@@ -71,6 +71,8 @@ def test_steady_motion_adds_to_the_contract(capsys):
     assert f"found by running {expected.periods} periods" in out
     assert "repeats every 2 periods" in out
     assert "0.5 per period" in out
+    _, out, _ = run(capsys, "--solver", "exact", "--K", "12000", "--D", "18", *arguments[2:])
+    assert "contacts          0.5 per period" in out
 
 
 def test_where_no_motion_is_steady_the_long_run_is_shown(capsys):

@@ -2,6 +2,7 @@
 
 import asyncio
 import errno
+import os
 import resource
 import socket
 import time
@@ -114,6 +115,29 @@ def test_the_listener_pauses_while_the_system_has_no_descriptors(monkeypatch, ca
 
     asyncio.run(asyncio.wait_for(steps(), PATIENCE))
     assert len(caplog.records) <= 3
+
+
+def test_a_new_connection_replaces_the_one_that_has_been_silent_longest():
+    async def steps(last):
+        with (
+            listening(most_descriptors=last + 7) as (server, address),
+            ExitStack() as stack,
+        ):  # its own, and two of each
+            clients = []
+            for count in (1, 2, 2):
+                clients.append(stack.enter_context(socket.create_connection(address)))
+                clients[-1].setblocking(False)
+                while server.silent_connections < count:
+                    await asyncio.sleep(0.01)
+            assert await asyncio.get_running_loop().sock_recv(clients[0], 1) == b""
+            for client in clients[1:]:
+                with pytest.raises(BlockingIOError):
+                    client.recv(1)
+        await server.close_all_connections()
+
+    with ExitStack() as stack:  # the next numbers follow each other
+        filled = [stack.enter_context(open(os.devnull)).fileno() for _ in range(64)]
+        asyncio.run(asyncio.wait_for(steps(max(filled) + 3), PATIENCE))  # after those of the loop
 
 
 def test_a_connection_is_refused_when_only_websockets_could_make_room():

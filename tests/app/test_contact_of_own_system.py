@@ -85,6 +85,11 @@ def test_a_data_sheet_without_a_contact_has_one_that_follows():
     assert restitution_of_damping("kelvin-voigt", setting.D, setting.K) == pytest.approx(0.5, rel=1e-4)
 
 
+def test_a_data_sheet_beside_a_setting_has_the_contact_of_that():
+    setting = read_setting(loaded_from_toml(f"[setting]\nK = 5000.0\nD = 9.0\n{PHYSICAL}").texts, opening_setting())
+    assert (setting.K, setting.D, setting.stiffness, setting.damper) == (5000.0, 9.0, "typed", "typed")
+
+
 def test_what_was_computed_with_a_number_is_set_with_it():
     """A click on "K = 8000 leaves 3 %" sets K beside the D of that run."""
     setting = own()

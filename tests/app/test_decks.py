@@ -131,7 +131,10 @@ def test_without_damper_calculix_has_a_spring(name, x, monkeypatch, tmp_path):
     assert forces(0.0, *state) == pytest.approx(true(0.0, *state), rel=1e-10)
 
 
-@pytest.mark.parametrize(("name", "initial"), [*product(SYSTEMS, (None, (0.9, 0.2, 0.0, 0.0)))])
+STARTS = None, (0.9, 0.2, 0.0, 0.0), (-0.9, -0.2, 0.0, 0.0)  # at rest, in contact, and with the second stop
+
+
+@pytest.mark.parametrize(("name", "initial"), [*product(SYSTEMS, STARTS)])
 def test_opensees_begins_with_the_accelerations_of_the_equations(name, initial, monkeypatch, tmp_path):
     problem = problem_of(name, initial=initial)
     model, fake = read_opensees(deck("opensees", problem), monkeypatch, tmp_path)

@@ -129,6 +129,15 @@ def test_the_script_draws_the_same_picture(filled, name, tmp_path):  # noqa: F81
     assert file.with_suffix(".pdf").read_bytes().startswith(b"%PDF-")
 
 
+def test_the_legend_is_below_a_figure_that_stays_as_high_as_on_the_page():
+    curves = [Call("axes", "plot", ([0, 1], [0, k]), {"label": name}) for k, name in enumerate(("one", "another"))]
+    heights = []
+    for calls in ([], curves):
+        script = plot_script("x", Drawing((300, 200), "", {"x": "time"}, calls, {}), Size(), LABEL)
+        heights.append(float(re.search(r"HEIGHT, DPI = [\d.]+, ([\d.]+)", script)[1]))
+    assert heights == pytest.approx([200 / 96 * 25.4, 215 / 96 * 25.4], abs=0.1)
+
+
 def test_the_bodies_are_drawn_as_the_browser_has_drawn_them():
     drawing = body_drawing(BODIES, dark=False)
     kinds = [call.method for call in drawing.calls]

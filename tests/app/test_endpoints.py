@@ -5,6 +5,10 @@ import socket
 import urllib.request
 
 import pytest
+from tornado.httpserver import HTTPServer
+from tornado.netutil import bind_sockets
+from tornado.web import Application
+from vibroscope.app.server.endpoints import Metrics
 from vibroscope.app.server.security import HEADERS
 
 from tests.browserless import get
@@ -63,6 +67,21 @@ def test_metrics_are_served_to_this_machine_alone(server):
     assert run(get(f"{server.url}/metrics")).code == 200
     for name in ("X-Forwarded-For", "X-Real-IP", "Via", "Forwarded", "CF-Connecting-IP", "True-Client-IP", "CDN-Loop"):
         assert run(get(f"{server.url}/metrics", headers={name: "127.0.0.1"})).code == 404, name
+
+
+def test_metrics_are_for_requests_by_a_name_of_this_machine():
+    """Who comes through a proxy that names nobody asks for the public name."""
+
+    async def steps():
+        (sock,) = bind_sockets(0, "127.0.0.1")
+        listener, url = HTTPServer(Application([("/metrics", Metrics)])), f"http://127.0.0.1:{sock.getsockname()[1]}"
+        listener.add_sockets([sock])
+        names = "localhost", "[::1]:5006", "vibroscope.example"
+        found = [(await get(f"{url}/metrics", headers={"Host": name})).code for name in names]
+        listener.stop()
+        return found
+
+    assert run(steps()) == [200, 200, 404]
 
 
 def test_a_page_request_is_cheap_and_builds_no_session(server):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer.compute import TRACE_PERIODS, compute_runs
-from vibroscope.app.explorer.explanation import explain
+from vibroscope.app.explorer.explanation import describe, explain
 from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.presets import shelf
 from vibroscope.app.explorer.state import Setting
@@ -178,6 +178,7 @@ def test_explore_shows_the_periods_in_which_a_throw_from_afar_meets():
     assert runs.reference.response.periods > runs.reference.response.keep == runs.penalty.response.keep == 2
     assert len(runs.reference.response.impacts) == 1
     assert time_label(setting) == "time t / s in periods 11 to 12"
+    assert describe(runs).reference[0].startswith("Free vibration. 1 impact in 2 periods T, ")
 
 
 def test_a_search_without_a_drive_points_to_one_contact(capsys, tmp_path):

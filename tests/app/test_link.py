@@ -23,7 +23,7 @@ from vibroscope.app.explorer.link import (
 )
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.address import THEMES, read_opening
+from vibroscope.app.page.address import THEMES, Address, read_opening
 from vibroscope.app.page.session import Session
 from vibroscope.app.page.tab import Move
 from vibroscope.app.page.tabs import VIEWS
@@ -280,3 +280,14 @@ def test_every_entry_of_a_legend_has_a_name_in_links(key):
         for legend in plot.legend:
             assert len(legend.items) <= len(tab.legends[plot.name])
     assert plots or not tab.legends or key == "paper"  # whose figures come with its claims
+
+
+def test_a_refused_link_stays_in_the_address_until_the_view_is_changed():
+    address, view = Address(FakeHost(), lambda: None), VIEWS["explore"](FakeHost())
+    assert address.open("eta=nan")[1].endswith("this is the opening scene.")
+    shown = []
+    for zoom in ("", "time:0,1"):
+        view.view_texts = lambda zoom=zoom: {"zoom": zoom, "choice": "", "mute": ""}
+        shown.append(address.current(view, Setting()))
+    assert shown[0] == ""
+    assert shown[1].endswith("zoom=time:0,1")

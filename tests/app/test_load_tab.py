@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from vibroscope.app.explorer.load_words import words_of_difference
 from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.scripts import load_command
 from vibroscope.app.page.study.load import LoadTab
 from vibroscope.app.page.tab import Move
+from vibroscope.app.studies.load import LoadQuestion, Pulse
 from vibroscope.engine import Load, Newmark, transient, transient_difference
 
 from tests.app.fakes import QueueingHost, send
@@ -85,9 +87,21 @@ def test_a_file_is_the_load_that_its_columns_hold(shown):
     assert "MiB" in tab.words()["Nothing to show"]
 
 
-def test_a_load_out_of_range_says_why_and_a_wall_has_no_body_2(shown):
+def test_a_load_out_of_range_says_why(shown):
     tab = shown(SETTING._replace(units="si", omega1=10.0), kind="trapezoid", duration="0.2", rise="0.15")
     assert tab.words()["Nothing to show"] == ("A rise of 0.15 s is more than half of the duration: give at most 0.1 s.")
+
+
+@pytest.mark.parametrize(("on", "option"), [("base", "base-"), ("force1", "force-"), ("force2", "force-")])
+def test_the_command_names_what_the_load_is(on, option):
+    source = Pulse("half_sine", on, (2.0, 3.0))
+    asked = LoadQuestion(SETTING.system, source, SETTING.reference, SETTING.penalty, 25.0, None)
+    words = load_command(SETTING, asked).split()
+    assert words[2] == f"--{option}half-sine=2,3"
+    assert ("--body" in words and words[words.index("--body") + 1]) == (on != "base" and on[-1])
+
+
+def test_a_wall_has_no_body_2(shown):
     tab = shown(SETTING._replace(bodies="wall", clearance=0.5), on="force2", size="0.5")
     assert tab.away(SETTING._replace(bodies="wall"))["on"] == ["force2"]
     assert tab.result.load.on == "force1"

@@ -8,7 +8,7 @@ import pytest
 from vibroscope.app.explorer import measured
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.field_units import shown_text
-from vibroscope.app.explorer.measured import LARGEST_FILE, MeasuredFile, own_eta, place
+from vibroscope.app.explorer.measured import LARGEST_FILE, MeasuredFile, fit_rows, own_eta, place
 from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import as_csv
@@ -17,7 +17,9 @@ from vibroscope.app.export.tables import figure_table
 from vibroscope.app.page.explore.measurement import Overlay
 from vibroscope.app.runtime.files import ASSETS
 from vibroscope.engine import (
+    Fit,
     Measurement,
+    System,
     Units,
     compare_measured,
     measured_verdict,
@@ -200,6 +202,15 @@ def test_a_fit_finds_the_constants_and_offers_them(overlay):
     assert overlay.panel.content["fit"] == {"phase": "idle"}
 
 
+@pytest.mark.parametrize(
+    ("error", "text"), [(0.0123, "0.500 +- 0.012"), (12.3, "0 +- 12"), (0.0, "0.5 +- 0"), (np.inf, "0.5, not shown")]
+)
+def test_a_constant_is_written_to_the_second_digit_of_its_error(error, text):
+    numbers = {"phase": 0.0, "deviation": 0.0, "noise": 0.0, "agreeing": 1, "starts": 1, "remarks": ()}
+    fitted = Fit(System(), {"restitution": 0.5}, {"restitution": error}, np.eye(1), **numbers)
+    assert fit_rows(fitted)[0][1].startswith(text)
+
+
 def placed(setting, eta, **made):
     units = Units(setting.omega1, setting.m1, setting.amplitude)
     text = measurement_text(synthetic_measurement(setting.system, eta, **made), units, "synthetic")
@@ -223,6 +234,8 @@ def test_points_lie_on_the_curve_they_were_sampled_from(phase, frame):
         assert np.abs(points.displacements[f"x{k}"] - curve).max() < 0.02 * np.ptp(curve)
         orbit = columns["phase_reference"]
         assert np.ptp(points.phase[f"v{k}"]) == pytest.approx(float(np.ptp(orbit[f"v{k}"])), rel=0.1)
+        off = [(orbit[n] - points.phase[n][:, None]) / np.ptp(orbit[n]) for n in (f"x{k}", f"v{k}")]
+        assert np.median(np.hypot(*off).min(axis=1)) < 0.02
 
 
 def test_points_begin_with_the_period_that_the_figures_begin_with():

@@ -42,6 +42,8 @@ def test_step_noise_is_named(capsys):
     amount, periods = re.search(r"blurred by the time step \(±([\d.]+) in ξ₂\)", text)[1], len(found["section"])
     assert f"(±{amount} at T/2000, ±" in text  # one scatter, in the name of the motion and in its evidence
     assert f"in ξ₂, over {periods} periods)" in " ".join(text.split())
+    made = found["energy_created"]
+    assert f"{'created' if made > 0 else 'removed'} by the time step {abs(made):.4g}" in text
     assert found["step_noise"] == found["scatter"] == found["bands"][0][1]
 
 

@@ -195,6 +195,10 @@ def test_another_kind_of_system_takes_over_what_the_present_one_has():
     assert read_setting(entered({"bodies": "pendulums"}, equal), equal).system == Setting().system
     wall = read_setting(entered({"bodies": "wall"}, two._replace(start_xi2=1.0)), two)
     assert (wall.system.wall, wall.coordinate, wall.initial) == (True, "xi1", (0.0, 0.0, 0.0, 0.0))
+    for kappa in (0.9 * wall.kappa3, 1.1 * wall.kappa3):  # which that of the joined pendulums is to exceed
+        other = wall._replace(kappa=kappa)
+        kept = kappa if kappa > wall.kappa3 else Setting().kappa
+        assert read_setting(entered({"bodies": "pendulums"}, other), other).kappa == kept
 
 
 @pytest.mark.parametrize("setting", [enter(TWO, **ANALYST), enter(WALL, mass1_kg="3", force1_N="2"), Setting()])

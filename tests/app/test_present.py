@@ -122,6 +122,12 @@ def test_thinning_keeps_the_ends_and_the_extremes_of_every_bin(values, bins):
         assert line.max() >= part.max()
 
 
+def test_the_flanks_of_a_short_force_are_upright():
+    x = np.arange(1000.0)
+    kept, _ = envelope(x, np.where((x > 332) & (x < 337), 1.0, 0.0), 10)
+    assert {332, 333, 336, 337} <= set(kept)
+
+
 def test_the_raster_puts_points_where_they_belong():
     eta = np.linspace(0.5, 4.0, 1401)
     picture = raster(eta, np.zeros((1401, 50)), (0.5, 4.0), (-1.0, 1.0), 480, 250)

@@ -56,6 +56,12 @@ def test_a_rule_gives_the_numbers_of_its_formula_and_leaves_the_others(key, name
     assert all(getattr(found, own) == getattr(PAPER.method, own) for own in kept)
 
 
+def test_the_force_that_presses_is_that_on_either_body():
+    drive = Excitation(base=2.0, force1=0.1, force2=-4.0)
+    asked = RuleQuestion(System(mu=3.0, d3=None, excitation=drive), 1.5, PAPER.method)
+    assert rules()["mathworks-penetration"].method(asked).stiffness == pytest.approx(100 * (3.0 * 2.0 * 1.5**2 + 4.0))
+
+
 def test_the_restitution_rule_and_the_time_constant_are_damped_as_they_say():
     damping = rules()["restitution"].method(PAPER).damping
     ratio = damping / math.sqrt(12000 * SHARE)

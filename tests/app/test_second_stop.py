@@ -56,7 +56,9 @@ def test_its_fields_are_there_while_it_is_chosen_and_it_begins_like_the_first():
     assert names <= system_fields(TWO).keys()
     chosen = read_setting(entered({"stops": "two"}, Setting(clearance=0.3, restitution=0.7)), Setting(clearance=0.3))
     assert (chosen.clearance2, chosen.restitution2, chosen.system.play) == (0.3, 0.7, 0.6)
-    assert read_setting(entered({"stops": "two"}, Setting()), Setting()).system.play == 1.0  # touching at rest
+    for clearance in (0.0, -0.3):  # touching at rest, and pressed together
+        one = Setting(clearance=clearance)
+        assert read_setting(entered({"stops": "two"}, one), one).system.play == 1.0
     assert not read_setting({"stops": "one"}, chosen).system.two_stops
 
 

@@ -112,6 +112,9 @@ def test_the_setting_is_ringed_where_it_stands():
     assert ringed["text"] == ["set", "in an FE code"]
     assert ringed["cost"] == [result.cost(SolverKey("fixed", 400)), result.cost(SolverKey("plain", 400))]
     assert ringed["error"] == pytest.approx([1 / 400] * 2)
+    middle = math.sqrt(view.figure.x_range.start * view.figure.x_range.end)
+    for cost, right, align in zip(ringed["cost"], ringed["right"], ringed["align"], strict=True):
+        assert (right > 0, align) == ((True, "left") if cost < middle else (False, "right"))  # the text is inside
     view.update(SETTING._replace(located="yes"), result)
     assert view.present.data["text"] == ["set"]
     assert view.figure.y_range.start < 1 / 1600 < 1 / 100 < view.figure.y_range.end

@@ -230,7 +230,7 @@ def test_another_kind_of_motion_is_never_met_without_saying_so():
 
 
 @pytest.mark.parametrize(
-    ("joint_damping", "offered"), [(0.0, "5"), (0.04, "5"), (0.077, "10"), (0.3, "50"), (2, "100")]
+    ("joint_damping", "offered"), [(0.0, "5"), (0.04, "5"), (0.045, "10"), (0.077, "10"), (0.3, "50"), (2, "100")]
 )
 def test_the_tolerance_that_is_offered_is_above_what_the_joint_damping_makes(joint_damping, offered):
     explanation = SimpleNamespace(parts={"total": 0.2, "joint_damping": joint_damping})

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import xarray
 from vibroscope.app.commands.cli import main
+from vibroscope.engine import Cancelled, Progress
 
 ROOT = Path(__file__).parents[2]
 ETA = ["sweep", "eta", "--from", "2.7", "--to", "3.2", "--count", "6", "--transient", "50", "--sample", "8"]
@@ -83,6 +84,32 @@ def test_what_cannot_be_written_is_shown(tmp_path, capsys):
     assert "give a place that can be written" in capsys.readouterr().err
     assert main([*ETA, "--solver", "reference", "--out", str(tmp_path)]) == 2
     assert (tmp_path / "file").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("kind", "options"),
+    [("plane", "--K 100:10000:3 --D 1:100:3 --steps 100"), ("no-solution", "--K 100:10000:3 --D 18 --steps 10:1000:3")],
+)
+def test_the_axes_of_a_plane_grow_by_equal_factors(monkeypatch, tmp_path, kind, options):
+    def grows(study, how):
+        other = study.steps if kind == "no-solution" else np.multiply(study.D, 10)
+        np.testing.assert_allclose((study.K, other), ([100, 1000, 10_000], [10, 100, 1000]))
+        raise Cancelled
+
+    monkeypatch.setattr("vibroscope.app.commands.sweep.grow", grows)
+    assert main(["sweep", kind, "--eta", "2.76", *options.split(), "--out", str(tmp_path / "x.zarr")]) == 130
+
+
+@pytest.mark.parametrize(("seconds", "left"), [(50, "50 s"), (1800, "30 min"), (7200, "2.0 h")])
+def test_a_person_sees_how_long_a_study_still_takes(monkeypatch, capsys, tmp_path, seconds, left):
+    def grows(study, how):
+        how.progress(Progress(done=10, total=20, computed=10, reused=0, failed=0, seconds=seconds))
+        raise Cancelled
+
+    monkeypatch.setattr("vibroscope.app.commands.sweep.grow", grows)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    assert main([*ETA, "--solver", "reference", "--out", str(tmp_path / "x.zarr")]) == 130
+    assert f"10 of 20 cells, {10 / seconds:.3g} a second, {left} left" in capsys.readouterr().err
 
 
 SLOW = {  # 4,000 cells, of which the fastest machine computes a few before the signal

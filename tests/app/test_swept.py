@@ -57,6 +57,10 @@ def test_what_cannot_be_taken_is_refused_in_words(tab, wanted):
     assert tab.panel.refused == ""
 
 
+def test_the_line_is_dragged_to_round_values_within_what_can_be_set():
+    assert [SWEPT["eta"].rounded(value) for value in (2.34567, -1.0, 1e9)] == [2.3457, *SWEPT["eta"].bounds]
+
+
 @pytest.mark.parametrize("over", SWEPT)
 def test_any_number_is_swept_by_a_solver_that_has_it_and_moving_it_asks_nothing(tab, over):
     question = choose(tab, over=over)

@@ -133,8 +133,10 @@ def test_a_constant_that_does_not_change_the_motion_keeps_its_value():
 def test_residuals_above_the_noise_are_remarked_on():
     made = synthetic_measurement(TRUE, 2.76, noise=0.02)
     bent = Measurement(made.time, made.displacement + 0.3 * np.sin(2 * 2.76 * made.time), None, made.frame)
-    found = fit(System(), 2.76, bent, names=("restitution", "d2"))
+    found, plain = (fit(System(), 2.76, each, names=("restitution", "d2")) for each in (bent, made))
     assert found.deviation > 5 * found.noise
+    for name, error in plain.errors.items():  # a deviation of any kind makes them larger
+        assert found.errors[name] / error == pytest.approx(found.deviation / plain.deviation, rel=0.3)
     assert any("larger than the measurement's own noise" in remark for remark in found.remarks)
 
 

@@ -104,6 +104,14 @@ def test_the_standard_error_of_random_growth_is_the_known_one():
     assert found.drift < 5
 
 
+def test_the_error_of_a_regular_motion_is_half_the_difference_of_its_halves():
+    angle = np.arange(4096) * (1 + 5**0.5) * np.pi
+    circle = np.stack([np.cos(angle), np.sin(angle), np.cos(angle), np.sin(angle)], axis=1)
+    found = average_growth(np.linspace(0.0, 1.0, len(angle)), circle)
+    assert found.regular
+    assert (found.exponent, found.error) == pytest.approx((0.5, 0.25), rel=1e-3)
+
+
 def type_of(exponent, error, drift, irregularity):
     section = np.random.default_rng(1).normal(size=(8192, 4))
     return classify(Lyapunov(exponent, error, drift, irregularity, section))[0]

@@ -74,6 +74,16 @@ def test_the_cycle_is_accurate_between_its_samples():
     assert cycle.velocity(time[smooth]) == pytest.approx(run.trajectory.velocity[:, smooth], abs=1e-4)
 
 
+def test_the_error_of_the_frequency_of_a_sine_is_the_least_that_noise_allows():
+    """Cramér–Rao bound (Rife & Boorstyn 1974), for two bodies with one frequency: √12 σ/(A T √n)."""
+    eta, noise, n = 2.76, 0.05, 600
+    time = np.linspace(0.0, 30 * 2 * np.pi / eta, n)
+    shown = np.stack([np.cos(eta * time), np.sin(eta * time)]) + np.random.default_rng(3).normal(0.0, noise, (2, n))
+    found = recurrence(Measurement(time, shown, None, "relative"), eta)
+    assert found.eta_error == pytest.approx(np.sqrt(12 / n) * noise / time[-1], rel=0.05)
+    assert abs(found.eta - eta) < 3 * found.eta_error
+
+
 def test_noise_period_and_frequency_of_a_measurement_are_found():
     for eta, noise, period in ((1.08, 0.05, 1), (2.76, 0.05, 1), (3.25, 0.05, 2), (3.25, 0.2, 2)):
         found = recurrence(synthetic_measurement(System(), eta, noise=noise, periods=12, seed=3), eta)

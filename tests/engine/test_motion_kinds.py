@@ -1,5 +1,7 @@
 """Kinds of motion of the cells of a bifurcation diagram, against the full judgement of single motions."""
 
+from types import SimpleNamespace as Namespace
+
 import numpy as np
 import pytest
 from vibroscope.engine import (
@@ -8,6 +10,7 @@ from vibroscope.engine import (
     Cells,
     ExactPenalty,
     Kind,
+    Lyapunov,
     Newmark,
     Reference,
     System,
@@ -15,6 +18,7 @@ from vibroscope.engine import (
     repetition,
     simulate,
 )
+from vibroscope.engine.motions.judge import SETTLED_PERIODS, judge
 from vibroscope.engine.sweeps import EtaStudy
 from vibroscope.engine.sweeps.motion_kinds import CellKind, judge_cells, judge_runs, kind_words, known_kinds
 
@@ -62,6 +66,26 @@ def test_motions_in_closed_form_are_judged_by_their_exponent(method):
     full = motion(SYSTEM, 1.70, method)
     assert abs(kinds["lyapunov"][0] - full.lyapunov) < 4 * np.hypot(kinds["lyapunov_error"][0], full.lyapunov_error)
     assert np.isnan(kinds["lyapunov"][1])
+
+
+@pytest.mark.parametrize(("system", "periods"), [(SYSTEM, 512), (System(wall=True, clearance=-0.4), 8192)])
+def test_a_motion_that_settles_while_it_is_followed_is_periodic(monkeypatch, system, periods):
+    """Where a body may stick, which leaves nothing of a disturbance, it is followed for long: that may be rare."""
+    section, asked = np.random.default_rng(1).normal(size=(2048, 4)), []
+    section[-1100:] = 1.0
+
+    def settles(cells, places, starts, periods, judge, **how):
+        asked.extend([periods] * len(places))
+        for i in places:
+            judge(int(i), Lyapunov(0.3, 0.001, 1.0, 1e-3, section))
+
+    monkeypatch.setattr("vibroscope.engine.motions.judge.follow_cells", settles)
+    runs = np.random.default_rng(2).normal(size=(1, SETTLED_PERIODS, 4))
+    monkeypatch.setattr("vibroscope.engine.motions.judge.run_cells", lambda *_, **how: Namespace(ok=np.zeros(1, bool)))
+    found = judge(Cells(system, [1.7], Reference()), runs)
+    assert asked[0] == periods
+    assert (found["kind"][0], found["kind_period"][0]) == (CellKind.PERIODIC, 1)
+    assert np.isnan(found["lyapunov"][0])
 
 
 def test_over_the_steps_the_scatter_goes_and_the_motion_stays():

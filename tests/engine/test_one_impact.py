@@ -349,6 +349,7 @@ def test_bounds_hold_and_what_lies_beyond_does_not():
     assert impact(asked.with_contact(damping=1.01 * least)).gained == 0.0
     assert impact(asked.with_contact(damping=0.97 * least)).gained > 0.0  # by the touches at an end of a step
     assert least < asked.method.damping < greatest
+    assert stiffness_bounds(asked).stable[0] == 0.0  # as far as is looked
 
 
 def test_bands_go_over_steps_and_speeds():

@@ -98,6 +98,12 @@ def test_a_strong_motion_file_of_peer_is_read():
         parse_record(text.replace(" 0. .1", " .1").encode())
 
 
+@pytest.mark.parametrize(("begin", "values"), [(1, [0.0, 2.0, 0.0]), (-1, [2.0, 2.0, 0.0])])
+def test_a_record_that_begins_late_waits_and_one_that_begins_before_zero_is_moved_there(begin, values):
+    load = parse_record(f"time [-], a [-]\n{begin}, 2\n{begin + 2}, 2\n".encode())
+    assert load.at([0.5, 1.5, 3.5]).tolist() == values
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

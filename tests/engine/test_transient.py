@@ -71,6 +71,32 @@ def test_a_half_sine_on_an_oscillator_has_its_closed_form(duration):
     assert found.later_peaks[0] == pytest.approx(amplitude, rel=1e-6)
 
 
+def test_what_is_left_decays_by_the_damper_and_does_not_hold_what_was_met_before():
+    body, slow = replace(WALL, d1=0.2), Load.half_sine(-1.0, 12.0)
+    early, late = (transient(replace(body, clearance=1e3), slow, Reference(), free=free) for free in (1.0, 4.0))
+    assert late.residual[0] / early.residual[0] == pytest.approx(math.exp(-0.2 * 3.0))
+    found = transient(body, slow, Reference())
+    assert len(found.response.impacts)
+    assert found.later_peaks[0] < found.peaks["displacement1"] == body.clearance
+
+
+@pytest.mark.parametrize("logarithmic", [False, True])
+def test_a_sine_sweep_has_the_phase_of_its_definition(logarithmic):
+    begin, end, duration = 3.0, 1.0, 20.0
+    time = np.linspace(0.0, duration, 500, endpoint=False)
+    phase = begin * time + (end - begin) / duration * time**2 / 2
+    if logarithmic:
+        phase = begin * duration / math.log(end / begin) * ((end / begin) ** (time / duration) - 1)
+    load = Load.sweep(2.0, begin, end, duration, logarithmic)
+    np.testing.assert_allclose(load.at(time), 2.0 * np.sin(phase), atol=2.0 * 8e-5)
+    assert load.end == pytest.approx(duration)
+
+
+def test_chords_of_an_oscillation_miss_as_much_of_it_as_of_half_a_sine():
+    run = transient(WALL, Load.sweep(0.1, 1.0, 1.0, 4 * math.pi), Newmark(400.0, 3.0, 20))
+    assert run.load_missed == pytest.approx((2 * math.pi / 20) ** 2 / 12, rel=0.01)
+
+
 @pytest.mark.parametrize("system", [WALL, PAIR, PRESSED, TOUCHING], ids=["wall", "pair", "pressed", "touching"])
 @pytest.mark.parametrize("load", LOADS.values(), ids=LOADS.keys())
 @pytest.mark.parametrize("method", METHODS, ids=["reference", "penalty"])
@@ -126,6 +152,12 @@ def test_a_shock_response_without_the_stops_is_that_of_the_oscillator_alone():
     np.testing.assert_allclose(found.displacement_without, alone.displacement_without, rtol=1e-12)
     np.testing.assert_allclose(found.acceleration_without, alone.acceleration_without, rtol=1e-12)
     assert (found.displacement <= 0.3 + 1e-9).all()
+
+
+def test_a_short_shock_is_a_change_of_speed_and_its_impulse_depends_on_no_frequency():
+    soft = System(wall=True, d1=0.0, clearance=0.01, restitution=0.5)
+    found = engine.shock_response(soft, Load.trapezoid(-1.0, 0.1, 0.0), [0.01, 0.02])
+    assert found.impulse == pytest.approx([1.5 * 0.1] * 2, rel=1e-4)
 
 
 @pytest.mark.parametrize("method", [*METHODS, *(LAWS[law] for law in ("cut", "limited", "hunt-crossley", "impact"))])
