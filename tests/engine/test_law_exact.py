@@ -142,18 +142,6 @@ def test_samples_have_the_force_of_the_law(law):
 
 
 @pytest.mark.parametrize("law", OTHER)
-def test_a_run_that_goes_on_has_the_same_bits(law):
-    method = method_of(law)
-    whole = simulate(System(), 1.08, method, periods=9, keep=9)
-    first = simulate(System(), 1.08, method, periods=5, keep=1)
-    rest = simulate(System(), 1.08, method, periods=5, keep=5, initial=first.checkpoint)
-    np.testing.assert_array_equal(rest.section, whole.section[4:])
-    sampled = simulate(System(), 1.08, method, periods=9, keep=9, record=Record(9, 100))
-    np.testing.assert_array_equal(sampled.section, whole.section)
-    np.testing.assert_array_equal(sampled.contacts, whole.contacts)
-
-
-@pytest.mark.parametrize("law", OTHER)
 def test_steps_tend_to_it(law):
     """Of second order where force and damper begin at zero, else of first, by when a touch is seen."""
     exact = simulate(System(), 2.76, method_of(law), periods=1, keep=1, initial=APART).section[-1]

@@ -144,16 +144,6 @@ def test_halved_steps_are_those_of_the_twin(integrator):
     assert run.steps_with_two == twin.two
 
 
-@pytest.mark.parametrize("integrator", [NewmarkBeta(), Bathe(0.5), CentralDifference()], ids=repr)
-def test_a_run_goes_on_from_a_checkpoint_bit_for_bit(integrator):
-    method = TimeStepping(2500.0, 8.0, 500, integrator, "start")
-    whole = simulate(System(), 1.08, method, periods=9, keep=6)
-    rest = simulate(System(), 1.08, method, periods=6, keep=6, initial=whole.checkpoint)
-    assert np.array_equal(whole.section, rest.section)
-    assert np.array_equal(whole.contacts, rest.contacts)
-    assert rest.cost.steps == 3000
-
-
 @pytest.mark.parametrize("integrator", [NewmarkBeta(), HHT(), HHTInterpolated(), TRBDF2(), Bathe(0.5)], ids=repr)
 def test_impulse_is_the_change_of_momentum(integrator):
     """A body that hits a wall; its own spring takes its share, a mean position of 0.1035 over the contact."""

@@ -249,15 +249,6 @@ def test_in_a_mirror_every_motion_has_the_other_sign(name, method):
     np.testing.assert_allclose(other.trajectory.force, -one.trajectory.force, atol=1e-5)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(method):
-    system, eta, start = SYSTEMS["wall"]
-    method = METHODS[method]
-    whole = simulate(system, eta, method, periods=6, keep=3, initial=start)
-    rest = simulate(system, eta, method, periods=3, keep=3, initial=whole.checkpoint)
-    assert rest.section.tobytes() == whole.section.tobytes()
-
-
 def test_a_chatter_ends_at_the_second_stop_as_at_the_first():
     """Pressed to the second stop by a constant force it comes to rest at the instant of the geometric sum."""
     weight, e, height = 0.7, 0.5, 3.0

@@ -96,20 +96,6 @@ def test_the_same_steps_wherever_rounding_does_not_decide(system):
     assert phases > 2000
 
 
-@pytest.mark.parametrize("system", [System(), BETWEEN_STOPS], ids=["one", "two"])
-def test_skips_do_not_depend_on_where_a_run_is_cut(system):
-    """Chaotic motion: the last bit would show."""
-    method = Newmark(12000.0, 18.0, 2000)
-    long = simulate(system, 1.70, method, periods=400, keep=400)
-    short = simulate(system, 1.70, method, periods=400, keep=3)
-    sampled = simulate(system, 1.70, method, periods=400, keep=20, record=Record(7, 300))
-    np.testing.assert_array_equal(long.section[-3:], short.section)
-    np.testing.assert_array_equal(long.section[-20:], sampled.section)
-    begun = simulate(system, 1.70, method, periods=151, keep=1).checkpoint
-    ahead = simulate(system, 1.70, method, periods=250, keep=3, initial=begun)
-    np.testing.assert_array_equal(long.section[-3:], ahead.section)
-
-
 def tables_of(m, eta, free_rate, pressed_rate):
     """Tables of both contact states, their steps' maps, and the rows that give the signed gap at a step itself."""
     tables = TABLES.read(TABLES.zeros())
