@@ -49,14 +49,6 @@ def assert_same(one, other):
         np.testing.assert_array_equal(one[name], other[name])
 
 
-def test_chunks_and_threads_change_no_number(tmp_path):
-    whole = whole_basin()
-    chunks = basin(out=str(tmp_path / "basin"), cells_per_chunk=23, threads=1)
-    assert_same(whole, chunks)
-    assert_same(whole, xarray.open_zarr(tmp_path / "basin"))
-    assert basin(out=str(tmp_path / "basin")).attrs["reused"] == VALUES.size**2
-
-
 def test_a_store_belongs_to_one_plane(tmp_path):
     basin(values=VALUES[8:10], out=str(tmp_path / "basin"))
     for other in ({"start": (0, 1, 0, 0)}, {"phase": 0.5}, {"axes": ("v1", "v2")}):

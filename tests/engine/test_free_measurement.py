@@ -26,12 +26,12 @@ WALL = System(excitation=FREE, wall=True, clearance=0.5, d1=0.02, restitution=0.
 START = (-3.0, 0.0, 0.0, 0.0)
 
 
-def recorded(system, *, late=None, held=0.0, noise=0.01, seed=0, method=None):
+def recorded(system, *, late=None, held=0.0, interval=0.05, noise=0.01, seed=0, method=None):
     """The displacements since ``late`` after the start, or since ``held`` before it, of two periods of eta = 0.2."""
     run = simulate(
         system, 0.2, method or Reference(), periods=2, keep=2, initial=START, record=Record(2, 1500)
     ).trajectory
-    time = np.arange(-held, run.time[-1] - 10.0, 0.05)
+    time = np.arange(-held, run.time[-1] - 10.0, interval)
     time = time if late is None else time[time >= late]
     exact = np.stack([np.interp(time, run.time, row) for row in run.displacement])
     exact[:, time < 0] = np.array(START)[[0, 2]][:, None]
@@ -113,7 +113,8 @@ def test_the_constants_of_a_decay_are_fitted_with_errors_that_hold():
     pulls = []
     for seed in range(6):
         guess = System(excitation=FREE, wall=True, clearance=0.5, d1=0.03, restitution=0.4)
-        found = fit(guess, 0.2, recorded(WALL, noise=0.02, seed=seed), names=("restitution", "d1"), initial=START)
+        made = recorded(WALL, interval=0.1, noise=0.02, seed=seed)
+        found = fit(guess, 0.2, made, names=("restitution", "d1"), initial=START)
         pulls.append(
             [(found.values[name] - getattr(WALL, name)) / found.errors[name] for name in ("restitution", "d1")]
         )
