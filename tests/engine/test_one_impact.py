@@ -317,12 +317,12 @@ def test_contacts_of_a_run_deliver_what_a_contact_alone_gives(method):
 
 
 def test_k_for_a_permitted_penetration_or_force_gives_it():
-    for law in ("kelvin-voigt", "hunt-crossley", "impact"):
-        asked = question(law)
-        for name, wanted in (("penetration", 1e-3), ("force", 5e3)):
-            found = stiffness_for(asked, **{name: wanted})
-            assert getattr(found.without_step, name) == pytest.approx(wanted, rel=1e-6)
-            assert found.without_step.restitution == pytest.approx(0.5, abs=1e-6)
+    wanted = {"penetration": 1e-3, "force": 5e3}
+    cases = [(law, name) for law in ("kelvin-voigt", "hunt-crossley") for name in wanted] + [("impact", "penetration")]
+    for law, name in cases:
+        found = stiffness_for(question(law), **{name: wanted[name]})
+        assert getattr(found.without_step, name) == pytest.approx(wanted[name], rel=1e-6)
+        assert found.without_step.restitution == pytest.approx(0.5, abs=1e-6)
 
 
 def test_k_for_a_permitted_penetration_under_a_weight_keeps_the_restitution_without_it():
