@@ -123,8 +123,7 @@ def test_a_motion_has_one_description_and_one_width(capsys):
         assert text.count("±") == 1
 
 
-@pytest.mark.parametrize("arguments", [[], ["serve", "--help"]])
-def test_the_installed_command(arguments):
-    done = subprocess.run([COMMAND, *arguments], capture_output=True, text=True, timeout=60)
-    assert done.returncode == (0 if arguments else 2)
-    assert "usage" in (done.stdout if arguments else done.stderr)
+def test_the_installed_command():
+    done = subprocess.run([COMMAND], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert "usage" in done.stderr

@@ -310,13 +310,14 @@ def test_stops_that_ask_for_different_restitutions_need_dampers_of_their_own():
     def compared(system):
         return compare(ComparisonQuestion(system, 2.0, with_located_steps(one_damper)))
 
-    words = print_statement(verdict(compared(system)).headline)
+    found = compared(system)
+    words = print_statement(verdict(found).headline)
     assert "The stops ask for restitutions of 0.5 and 0.7: with the D that gives 0.5 at the first, the second" in words
     factor = float(words.partition("damping_factor2 = ")[2].split()[0])
     own = [equal_restitution_damping(replace(system, restitution=e), 5066.0) for e in (0.5, 0.7)]
     assert factor == pytest.approx(own[1] / own[0], rel=1e-3)
     better = replace(system, damping_factor2=factor)
-    assert compared(better).difference.total < compared(system).difference.total / 5
+    assert compared(better).difference.total < found.difference.total / 5
     assert unequal_stops_text(better, one_damper, 1.0) == ""
     without_loss = replace(system, restitution=1.0)  # for which no damper times a factor gives the second its own
     assert unequal_stops_text(without_loss, one_damper, 1.0) == ""
