@@ -70,7 +70,7 @@ def test_a_run_is_the_same_wherever_it_is_cut_and_whatever_is_kept(system, eta, 
     """The rest of it pauses at every change of contact."""
     start = (0.1, 0.9, 0.0, 0.0) if system is BETWEEN_WALLS else None
     kept = {"keep": 6, "record": Record(2, 300)}
-    long = simulate(system, eta, method, periods=20, keep=20, initial=start)
+    long = simulate(system, eta, method, periods=20, keep=20, record=Record(20, 300), initial=start)
     whole = simulate(system, eta, method, periods=20, initial=start, **kept)
     first = simulate(system, eta, method, periods=13, keep=1, initial=start)
     monkeypatch.setattr("vibroscope.engine.drivers.base.CAPACITY", 1)
@@ -86,3 +86,6 @@ def test_a_run_is_the_same_wherever_it_is_cut_and_whatever_is_kept(system, eta, 
         for field in dataclasses.fields(getattr(whole, part)):
             one, other = (getattr(getattr(run, part), field.name) for run in (rest, whole))
             np.testing.assert_array_equal(one, other)
+    for field in dataclasses.fields(whole.trajectory):
+        last, every = (getattr(run.trajectory, field.name) for run in (whole, long))
+        np.testing.assert_array_equal(last, every[..., -last.shape[-1] :])
