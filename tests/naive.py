@@ -70,132 +70,57 @@ def bisect(f, above, below):
         above, below = (middle, below) if f(middle) > 0 else (above, middle)
 
 
-def reference(system, eta, d3, threshold, periods, start=None):
-    """Events [(τ, kind, g′ before)] and the state at the end; kind 0 impact, 1 contact begins, 2 it ends.
-
-    From rest in contact at τ = 0 (the paper's system), or from a start with an open gap.
-    """
-    if system.wall:
-        return reference_at_wall(system, eta, threshold, periods, start)
-    mu, e, end, g0 = system.mass_ratio, system.restitution, periods * 2 * math.pi / eta, system.clearance
-    (load1, constant1), (load2, constant2) = drive(system, eta)
-    joint = tuple((one + mu * two) / (1 + mu) for one, two in zip(load1, load2, strict=True))
-    joint_constant = (constant1 + mu * (constant2 + system.kappa**2 * g0)) / (1 + mu)
-    first, tau = 1e-3, 0.0
-    if start is None:
-        events, joined, (x1, v1, x2, v2) = [(0.0, 1, 0.0)], True, system.rest
-    else:
-        events, joined, (x1, v1, x2, v2) = [], False, start
-
-    def force(t, x, v):
-        c, s = math.cos(eta * t), math.sin(eta * t)
-        one, two = (load[0] * c + load[1] * s for load in (load1, load2))
-        gap = two + constant2 - 2 * system.d2 * system.kappa * v - system.kappa**2 * (x - g0)
-        return -mu / (1 + mu) * (gap - (one + constant1 - 2 * system.d1 * v - x))
-
-    while True:
-        if joined:
-            body = oscillator(system.kappa3, d3, eta, tau, x1, v1, joint, joint_constant)
-            tau = scan(lambda t, body=body: force(t, *body(t)), tau, end, first=1e-3)
-            x1, v1 = body(min(tau, end))
-            x2, v2 = x1 - g0, v1
-            if tau == math.inf:
-                return events, (x1, v1, x2, v2)
-            joined, first = False, 1e-3  # g grows as the third power of time: below rounding at first
-            events.append((tau, 2, 0.0))
-            continue
-        one = oscillator(1.0, system.d1, eta, tau, x1, v1, load1, constant1)
-        two = oscillator(system.kappa, system.d2, eta, tau, x2, v2, load2, constant2)
-        tau = scan(lambda t, one=one, two=two: g0 + two(t)[0] - one(t)[0], tau, end, first)
-        first = 1e-7
-        (x1, v1), (x2, v2) = one(min(tau, end)), two(min(tau, end))
-        if tau == math.inf:
-            return events, (x1, v1, x2, v2)
-        closing, common = v1 - v2, (v1 + mu * v2) / (1 + mu)
-        events.append((tau, 0, -closing))
-        x2, v1, v2 = x1 - g0, common - mu / (1 + mu) * e * closing, common + e * closing / (1 + mu)
-        if e * closing <= threshold and force(tau, x1, common) > 0:
-            v1 = v2 = common
-            joined = True
-            events.append((tau, 1, 0.0))
-
-
-def reference_at_wall(system, eta, threshold, periods, start=None):
-    """The same of a body and a wall."""
-    e, end, g0 = system.restitution, periods * 2 * math.pi / eta, system.clearance
-    (load, constant), _ = drive(system, eta)
-    first, tau, events, joined = 1e-3, 0.0, [], start is None
-    (x, v, _, _) = system.rest if start is None else start
-    if joined:
-        events.append((0.0, 1, 0.0))
-
-    def force(t):
-        return load[0] * math.cos(eta * t) + load[1] * math.sin(eta * t) + constant - g0
-
-    while True:
-        if joined:
-            tau, x, v = scan(force, tau, end, first=1e-3), g0, 0.0
-            if tau == math.inf:
-                return events, (x, v, 0.0, 0.0)
-            joined, first = False, 1e-3
-            events.append((tau, 2, 0.0))
-            continue
-        body = oscillator(1.0, system.d1, eta, tau, x, v, load, constant)
-        tau = scan(lambda t, body=body: g0 - body(t)[0], tau, end, first)
-        first = 1e-7
-        x, v = body(min(tau, end))
-        if tau == math.inf:
-            return events, (x, v, 0.0, 0.0)
-        events.append((tau, 0, -v))
-        x, joined = g0, e * v <= threshold and force(tau) > 0
-        v = 0.0 if joined else -e * v
-        if joined:
-            events.append((tau, 1, 0.0))
-
-
 def newmark(system, eta, stiffness, damping, n, steps, cut=False, start=None):
     """Textbook Newmark (α = ½, β = ¼) with matrices: states (steps + 1, 4), and whether each step is with contact.
 
     A wall is body 2 with its rows and columns struck out: its acceleration is zero. ``cut``: a step at whose end the
-    contact would pull is taken without its force. ``start``: ξ₁, ξ₁′, ξ₂, ξ₂′, by default rest.
+    contact would pull is taken without its force (with one stop). ``start``: ξ₁, ξ₁′, ξ₂, ξ₂′, by default rest.
     """
-    h, mu, g0 = 2 * math.pi / eta / n, 1.0 if system.wall else system.mass_ratio, system.clearance
-    moving = np.array([1.0, 0.0 if system.wall else 1.0])
+    h, mu = 2 * math.pi / eta / n, 1.0 if system.wall else system.mass_ratio
+    free = slice(0, 1) if system.wall else slice(0, 2)
     mass, dampers, springs = matrices_of(system)
-    pair = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    side, pair = np.array([1.0, -1.0]), np.array([[1.0, -1.0], [-1.0, 1.0]])
     (load1, constant1), (load2, constant2) = drive(system, eta)
+    stops = [(1.0, system.clearance, stiffness, damping)]  # sign of ξ₂ − ξ₁ in the gap, clearance, K, D
+    if system.clearance2 is not None:
+        numbers = stiffness * system.stiffness_factor2, damping * system.damping_factor2
+        stops.append((-1.0, system.clearance2, *numbers))
 
-    def matrices(contact):
-        return dampers + (2 * damping * pair if contact else 0), springs + (stiffness * pair if contact else 0)
+    def met(x):
+        return [stop for stop in stops if stop[1] + stop[0] * (x[1] - x[0]) <= 0]
 
-    def load(i, contact):
+    def acting(i, touched):
+        """Dampers, springs and load with the stops that are touched."""
         c, s = math.cos(eta * i * h), math.sin(eta * i * h)
-        forces = [load1[0] * c + load1[1] * s + constant1, mu * (load2[0] * c + load2[1] * s + constant2)]
-        return np.array(forces) + (stiffness * g0 * np.array([1.0, -1.0]) if contact else 0.0)
+        load = np.array([load1[0] * c + load1[1] * s + constant1, mu * (load2[0] * c + load2[1] * s + constant2)])
+        d, k = dampers, springs
+        for sign, clearance, by_k, by_d in touched:
+            d, k, load = d + 2 * by_d * pair, k + by_k * pair, load + sign * by_k * clearance * side
+        return d, k, load
 
     def solve(matrix, right):
-        free = moving > 0
         out = np.zeros(2)
-        out[free] = np.linalg.solve(matrix[np.ix_(free, free)], right[free])
+        out[free] = np.linalg.solve(matrix[free, free], right[free])
         return out
+
+    def step(i, touched, p, q):
+        d, k, load = acting(i, touched)
+        a = solve(mass + h / 2 * d + h * h / 4 * k, load - d @ q - k @ p)
+        return p + h * h / 4 * a, q + h / 2 * a, a
 
     x1, v1, x2, v2 = system.rest if start is None else start
     x, v = np.array([x1, x2]), np.array([v1, v2])
-    contact = bool(system.gap(x[0], x[1]) <= 0)  # pressed together at rest, the gap is zero but for rounding
-    c, k = matrices(contact)
-    a = solve(mass, load(0, contact) - c @ v - k @ x)
-    states, contacts = [[x[0], v[0], x[1], v[1]]], [contact]
+    touched = met(x)  # pressed together at rest, the gap is zero but for rounding
+    d, k, load = acting(0, touched)
+    a = solve(mass, load - d @ v - k @ x)
+    states, contacts = [[x[0], v[0], x[1], v[1]]], [bool(touched)]
     for i in range(1, steps + 1):
-        c, k = matrices(contact)
         p, q = x + h * v + h * h / 4 * a, v + h / 2 * a
-        a = solve(mass + h / 2 * c + h * h / 4 * k, load(i, contact) - c @ q - k @ p)
-        x, v = p + h * h / 4 * a, q + h / 2 * a
-        pull = stiffness * (x[0] - x[1] - g0) + 2 * damping * (v[0] - v[1]) < 0
-        if cut and contact and pull:
-            c, k = matrices(False)
-            a = solve(mass + h / 2 * c + h * h / 4 * k, load(i, False) - c @ q - k @ p)
-            x, v = p + h * h / 4 * a, q + h / 2 * a
-        contact = bool(g0 + x[1] - x[0] <= 0)
+        x, v, a = step(i, touched, p, q)
+        pull = stiffness * (x[0] - x[1] - system.clearance) + 2 * damping * (v[0] - v[1]) < 0
+        if cut and touched and pull:
+            x, v, a = step(i, [], p, q)
+        touched = met(x)
         states.append([x[0], v[0], x[1], v[1]])
-        contacts.append(contact)
+        contacts.append(bool(touched))
     return np.array(states), np.array(contacts)

@@ -1,4 +1,4 @@
-"""Plain twins of motions between two stops: both surfaces in one place, with nothing mirrored.
+"""Plain twins of motions before a stop or between two: both surfaces in one place, with nothing mirrored.
 
 Stop 1 has the gap c₁ + ξ₂ − ξ₁, stop 2 the gap c₂ − ξ₂ + ξ₁.
 """
@@ -17,15 +17,20 @@ def gap(system, k, x):
     return (system.clearance, system.clearance2)[k] + SIDES[k] * (x[1] - x[0])
 
 
-def reference(system, eta, d3, threshold, periods, start):
-    """Events [(τ, kind, stop, closing speed)] and the state at the end; kind 0 impact, 1 contact begins, 2 it ends."""
+def reference(system, eta, d3, threshold, periods, start=None):
+    """Events [(τ, kind, stop, closing speed)] and the state at the end; kind 0 impact, 1 contact begins, 2 it ends.
+
+    From rest in contact at τ = 0, or from a start with open gaps.
+    """
     wall, mu, kappa = system.wall, 1.0 if system.wall else system.mass_ratio, system.kappa
+    stops = 1 if system.clearance2 is None else 2
     e, end = (system.restitution, system.second_restitution), periods * 2 * math.pi / eta
     (load1, constant1), (load2, constant2) = drive(system, eta)
-    tau, (x1, v1, x2, v2), stop, first, events = 0.0, start, None, 1e-3, []
+    tau, (x1, v1, x2, v2), first = 0.0, start or system.rest, 1e-3
+    stop, events = (None, []) if start else (0, [(0.0, 1, 0, 0.0)])
 
     def offset(k):  # ξ₁ − ξ₂ in contact
-        return (system.clearance, -system.clearance2)[k]
+        return system.clearance if k == 0 else -system.clearance2
 
     def pressing(t, x, v, k):
         """The force of the joined bodies, over the reduced mass."""
@@ -56,9 +61,9 @@ def reference(system, eta, d3, threshold, periods, start):
         two = (lambda t: (0.0, 0.0)) if wall else oscillator(kappa, system.d2, eta, tau, x2, v2, load2, constant2)
         found = [
             scan(lambda t, k=k, one=one, two=two: gap(system, k, (one(t)[0], two(t)[0])), tau, end, first)
-            for k in range(2)
+            for k in range(stops)
         ]
-        k, tau, first = int(found[1] < found[0]), min(found), 1e-7
+        k, tau, first = found.index(min(found)), min(found), 1e-7
         (x1, v1), (x2, v2) = one(min(tau, end)), two(min(tau, end))
         if tau == math.inf:
             return events, (x1, v1, x2, v2)
@@ -70,17 +75,6 @@ def reference(system, eta, d3, threshold, periods, start):
         if e[k] * closing <= threshold and pressing(tau, x1, common, k) > 0:
             v1, v2, stop = common, common, k
             events.append((tau, 1, k, 0.0))
-
-
-def forces(system, method, x, v):
-    """Contact forces of both stops with a spring and a damper, as they push body 1 (the other way body 2)."""
-    numbers = (1.0, 1.0), (system.stiffness_factor2, system.damping_factor2)
-    total = 0.0
-    for k, (by_k, by_d) in enumerate(numbers):
-        g, rate = gap(system, k, x), SIDES[k] * (v[1] - v[0])
-        if g <= 0.0:
-            total -= SIDES[k] * (-by_k * method.stiffness * g - 2 * by_d * method.damping * rate)
-    return total
 
 
 def penalty(system, eta, method, periods, start):
@@ -117,33 +111,3 @@ def penalty(system, eta, method, periods, start):
             if len(run.t_events[k]):
                 inside[k] = not inside[k]
     return y[0], y[2], y[1], y[3]
-
-
-def newmark(system, eta, method, periods, start):
-    """The state after a run of Newmark's method, contact of each stop from the gap at the start of a step."""
-    (load1, constant1), (load2, constant2) = drive(system, eta)
-    mass, damper, spring = matrices_of(system)
-    n = method.steps
-    h, x, v = 2 * math.pi / eta / n, np.array([start[0], start[2]]), np.array([start[1], start[3]])
-    pair = np.array([[1.0, -1.0], [-1.0, 1.0]])
-
-    def load(i):
-        c, s = math.cos(2 * math.pi * i / n), math.sin(2 * math.pi * i / n)
-        one, two = load1[0] * c + load1[1] * s + constant1, load2[0] * c + load2[1] * s + constant2
-        return np.diag(mass) * np.array([one, two])
-
-    a = (load(0) - damper @ v - spring @ x) / np.diag(mass) + forces(system, method, x, v) / np.diag(mass) * [1, -1]
-    for i in range(periods * n):
-        k, c, push = spring.copy(), damper.copy(), np.zeros(2)
-        for stop, (by_k, by_d) in enumerate(((1.0, 1.0), (system.stiffness_factor2, system.damping_factor2))):
-            if gap(system, stop, x) <= 0.0:
-                k, c = k + by_k * method.stiffness * pair, c + by_d * 2 * method.damping * pair
-                clearance = (system.clearance, system.clearance2)[stop]
-                push += SIDES[stop] * by_k * method.stiffness * clearance * np.array([1.0, -1.0])
-        p, q = x + h * v + h * h / 4 * a, v + h / 2 * a
-        matrix, right = mass + h / 2 * c + h * h / 4 * k, load(i + 1) + push - c @ q - k @ p
-        a = np.array([right[0] / matrix[0, 0], 0.0]) if system.wall else np.linalg.solve(matrix, right)
-        x, v = p + h * h / 4 * a, q + h / 2 * a
-        if system.wall:
-            x[1] = v[1] = 0.0
-    return x[0], v[0], x[1], v[1]

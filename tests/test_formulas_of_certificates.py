@@ -102,7 +102,9 @@ def test_the_projector_on_the_slow_subspace():
     """The displayed integral by 500 nodes, of the whole matrix."""
     problem = System(), 2.76, ExactPenalty(1e8, 3e4)
     rows = pressed_generator(parameters_of(*problem))
-    a, ((radius, _),) = full_generator(rows, 2.76), separating_circles(np.array([parameters_of(*problem)]))
+    a, ((radius, slowest),) = full_generator(rows, 2.76), separating_circles(np.array([parameters_of(*problem)]))
+    rates = np.abs(np.linalg.eigvals(a))
+    assert rates[rates <= radius].max() == pytest.approx(slowest)
     before, integrand = re.fullmatch(r"(.*) ∮ (.*) dν,", sides(PAGES[44])[1] + ",").groups()
     total, nodes = Matrix(np.zeros((6, 6))), 500
     for k in range(nodes):

@@ -18,8 +18,6 @@ from vibroscope.engine import (
     Reference,
     System,
     basin_difference,
-    motion,
-    simulate,
     sweep,
 )
 
@@ -171,22 +169,3 @@ def test_a_plane_may_be_of_the_start_phase_and_a_number(opened):  # noqa: F811
     assert (texts["start_v1"], texts["start_v2"]) == ("4", "-2")
     tab.panel.receive({"choose": {"model": "set"}})
     assert "another phase need a solver in closed form" in tab.obstacle(Setting())
-
-
-def test_a_run_with_its_excitation_ahead_is_that_from_the_phase_of_the_basin():
-    question = QUESTION._replace(axes=("phase", "v2"), x=(0.0, 1.0), start=(0.0, 0.0, 0.5, 0.0))
-    starts = np.linspace(0.05, 0.95, 6)
-    found = sweep(
-        BasinStudy.over(
-            System(), Reference(), 3.2, {"phase": starts, "v2": [2.0, 6.0]}, start=question.start, transient=300
-        )
-    )
-    reached = set()
-    for i, phase in enumerate(starts):
-        for j, speed in enumerate((2.0, 6.0)):
-            ahead = System().changed({"base_phase": 2 * np.pi * phase})
-            run = simulate(ahead, 3.2, Reference(), initial=(0.0, 0.0, 0.5, speed), periods=2000, keep=60)
-            period = int(found["motion_period"][int(found["motion"][i, j])])
-            assert motion(run).period == period
-            reached.add(period)
-    assert reached == {2, 6}

@@ -113,12 +113,6 @@ def test_a_port_in_use_gives_one_line():
     assert done.stderr.splitlines()[-1].endswith(f"127.0.0.1:{port}: Address already in use")
 
 
-def test_options_of_the_other_solver_are_noted(capsys):
-    status, _, err = run(capsys, "--solver", "reference", "--eta", "2.76", "--K", "5", "--periods", "3")
-    assert status == 0
-    assert err == "vibroscope: --K has no effect on the reference solver\n"
-
-
 def test_a_motion_has_one_description_and_one_width(capsys):
     """Its name has ± over 256 periods; no other width of the kept periods stands beside it."""
     question = ("--solver", "newmark", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "2000")
@@ -131,8 +125,7 @@ def test_a_motion_has_one_description_and_one_width(capsys):
         assert text.count("±") == 1
 
 
-@pytest.mark.parametrize("arguments", [[], ["serve", "--help"]])
-def test_the_installed_command(arguments):
-    done = subprocess.run([COMMAND, *arguments], capture_output=True, text=True, timeout=60)
-    assert done.returncode == (0 if arguments else 2)
-    assert "usage" in (done.stdout if arguments else done.stderr)
+def test_the_installed_command():
+    done = subprocess.run([COMMAND], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert "usage" in done.stderr

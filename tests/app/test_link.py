@@ -13,7 +13,6 @@ from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.link import (
     LINEAR,
     LOGARITHMIC,
-    parse_address,
     print_address,
     print_choice,
     print_mute,
@@ -50,21 +49,6 @@ def mutes(legends):
     """Some entries of some legends."""
     some = {name: st.lists(st.sampled_from(entries), min_size=1, unique=True) for name, entries in legends.items()}
     return st.fixed_dictionaries({}, optional=some)
-
-
-@given(settings, settings)
-def test_an_address_restores_its_setting_and_what_is_pinned_exactly(setting, pinned):
-    texts = parse_address("?" + print_address(setting, "speed", [pinned]))
-    assert texts["view"] == "speed"
-    assert read_setting(texts) == setting
-    assert read_setting(parse_address(texts["pin"])) == pinned
-
-
-@given(zooms, choices, mutes(LEGENDS))
-def test_a_printed_view_reads_back_exactly(zoom, choice, mute):
-    view = read_view(print_zoom(zoom, AXES), print_choice(choice), print_mute(mute), AXES, SPEC, LEGENDS)
-    assert (view.choice, view.mute) == (choice, mute)
-    assert all(ends == zoom[name] for name, ends in view.zoom.items())
 
 
 @given(spans)

@@ -114,12 +114,6 @@ def test_every_method_has_a_kept_study_of_its_own_and_located_ones_are_half_of_a
         StepStudy(System(), Newmark(1, 1, 100, located=True), 2.76, transient=10, sample=5, steps=[100])
 
 
-def test_the_command_keeps_both_schemes_of_other_laws(tmp_path):
-    common = "sweep step --eta 1.08 --K 500 --D 2 --steps 60 --transient 10 --sample 5"
-    assert main([*common.split(), "--out", str(tmp_path / "b"), "--law", "jankowski"]) == 0
-    assert xarray.open_zarr(tmp_path / "b").sizes["scheme"] == 2
-
-
 @pytest.mark.parametrize("law", KINDS)
 def test_speed_is_measured_of_what_is_set(few, law):
     setting = read_setting(COARSE | {"integrator": "hht"} | ({} if law == "plain" else {"law": law}))

@@ -61,13 +61,3 @@ def test_attractors_side_by_side(capsys):
     assert {each["period"] for each in found} == {2, 6}
     assert sum(each["share"] for each in found) == pytest.approx(1)
     assert printed(capsys, *options).count("% of starts") == 2
-
-
-def test_another_system(capsys, tmp_path):
-    path = tmp_path / "system.toml"
-    assert main(["system"]) == 0
-    path.write_text(capsys.readouterr().out.replace("restitution = 0.5", "restitution = 0.9"), encoding="utf-8")
-    there = as_json(capsys, "--solver", "reference", "--eta", "2.76", "--system", str(path))
-    here = as_json(capsys, "--solver", "reference", "--eta", "2.76", "--restitution", "0.9")
-    assert there == here
-    assert there["closing_speeds"] != as_json(capsys, "--solver", "reference", "--eta", "2.76")["closing_speeds"]

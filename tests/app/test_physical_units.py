@@ -48,23 +48,6 @@ def test_a_motion_in_physical_units(printed, command):
     assert physical["closing_speeds"] == pytest.approx([speed * 1.5e-3 for speed in plain["closing_speeds"]])
 
 
-def test_an_impact_has_no_peak_force_and_a_permanent_contact_has(printed):
-    found = printed("compare", *SETTING)
-    compared = found["physical"]
-    assert found["reference"]["peak_force"] is compared["reference"]["peak_force"] is None
-    assert compared["penalty"]["peak_force"] > 0
-    assert printed("motion", "--solver", "reference", "--eta", "1.08")["physical"]["peak_force"] > 0
-
-
-def test_a_run_in_millimetres_and_tonnes(printed):
-    arguments = "simulate", "--solver", "newmark", *SETTING, "--keep", "3"
-    si, other = (printed(*arguments, system=system)["physical"] for system in ("si", "mm-t-s"))
-    assert (si["units"]["stiffness"], other["units"]["stiffness"]) == ("N/m", "N/mm")
-    assert other["settings"]["stiffness"] == pytest.approx(si["settings"]["stiffness"] * 1e-3)
-    assert np.allclose(other["section"], np.array(si["section"]) * 1e3, rtol=1e-13)
-    assert other["impulses"] == pytest.approx(si["impulses"])
-
-
 @pytest.mark.parametrize("command", ["simulate", "motion", "compare"])
 def test_the_text_has_them_too(capsys, command):
     solver = [] if command == "compare" else ["--solver", "newmark"]

@@ -1,7 +1,5 @@
 """The K–D plane of a method whose steps may have no solution: they are counted, coloured, said and taken away."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
@@ -11,7 +9,6 @@ from vibroscope.app.page.tab import Move
 from vibroscope.app.studies import cell_classes as classes
 from vibroscope.app.studies import plane
 from vibroscope.app.studies.plane import grow_plane
-from vibroscope.engine import simulate
 
 from tests.app.fakes import FakeHost
 
@@ -27,17 +24,6 @@ def small():
         tab = Plane(FakeHost())
         tab.build()
         yield list(grow_plane(tab.question(ITERATED), None, lambda: False))[-1]
-
-
-def test_each_cell_counts_what_a_single_run_does(small):
-    counts = small.tables["penalty"]["steps_without_solution"]
-    assert len(np.unique(counts)) > 3
-    for row, column in ((0, 0), (3, 5), (5, 3), (7, 7)):
-        K, D = small.question.axis("K")[column], small.question.axis("D")[row]
-        method = replace(ITERATED.penalty, stiffness=K, damping=D)
-        run = simulate(ITERATED.system, ITERATED.eta, method, periods=plane.TRANSIENT + plane.SAMPLE)
-        assert counts[row, column] == run.steps_without_solution
-    assert "steps_without_solution" not in small.tables["exact"]
 
 
 def test_a_count_has_the_colour_of_its_class_and_the_side_without_a_step_none(small):

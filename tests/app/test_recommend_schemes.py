@@ -11,10 +11,7 @@ from vibroscope.app.explorer.method_words import scheme_texts
 from vibroscope.engine import (
     HHT,
     INTEGRATORS,
-    TRBDF2,
-    Bathe,
     Cancelled,
-    CentralDifference,
     Newmark,
     Recommendation,
     SettingQuestion,
@@ -183,8 +180,3 @@ def test_the_texts_of_a_scheme_are_those_of_its_code():
         assert scheme_texts(code.method(5.0, 2.0, 10)) == code.texts()
     changed = replace(codes()["opensees"].method(1, 1, 4), integrator=HHT(-0.2))
     assert (scheme_texts(changed)["integrator"], scheme_texts(changed)["alpha"]) == ("hht", "-0.2")
-
-
-def test_solves_count_the_stages():
-    assert made(TimeStepping(1, 0, 1000, TRBDF2())).solves == made(TimeStepping(1, 0, 1000, Bathe())).solves == 200
-    assert made(TimeStepping(1, 0, 1000, CentralDifference())).solves == made(Newmark(1, 0, 1000)).solves == 100

@@ -22,6 +22,7 @@ SHORT = {
     "REFERENCE": "--solver reference --eta 1.08",
     "NUMBERS": "--eta 2.76 --K 12000 --D 18 --steps 500",
     "OWN": "--solver newmark --system my.toml --K 584 --D 2 --steps 400",
+    "BILINEAR": "--solver exact --eta 2.76 --K 9 --D 1 --law bilinear",
     "AREA": "--eta 3.2 --solver reference --out a",
     "PART": "--K 1e6 --D 3",
     "DROP": "--restitution 0.5 --moreau-jean 0.5",
@@ -37,9 +38,19 @@ REFUSED = {
         --solver newmark --eta 1 --K 1 | needs --D, --steps
         --solver newmark --eta 1 --K -1 --D 1 --steps 100 | K = -1.0 is outside
         --solver newmark --eta 1 --K 1 --D 1 --steps 100.5 | not a whole number
+        --solver newmark --eta 1 --K 1 --D inf --steps 100 | D = inf is outside
+        --solver newmark --eta 1 --K 1 --D 1 --steps 3 | steps = 3.0 is outside
         --solver exact --eta 2,76 --K 12,000 --D 18 | --K: “12,000” can mean 12000 or 12: write 12000 or 12.0 (see
         --solver exact --eta 2.76 --K 1200 --law cut | the exact solver needs --D
         --solver exact --eta 2.76 --K 1200 --law impact --D 1 | penetration is missing
+        --solver exact --eta 2.76 --K 1200 --law impact --D 1 --penetration 0 | penetration = 0
+        --solver exact --eta 2.76 --K 1200 --law impact --penetration 1 | needs --D
+        --solver exact --eta 2.76 --K 1200 --law flores --exponent 0.9 | exponent = 0.9 is outside [1, 10]
+        BILINEAR --penetration 1 | stiffening is missing: give the r
+        BILINEAR --stiffening 2 | penetration is missing: give the penetration beyond
+        BILINEAR --penetration 1 --stiffening 1 | stiffening = 1.0 is outside (1
+        BILINEAR --penetration 1 --stiffening inf | stiffening = inf is outside
+        --solver exact --eta 2.76 --K 9 --D 1 --law cut --stiffening 2 | --stiffening is no number of the law
         --solver exact --eta 2.76 --K 1200 --law flores --restitution 0 | since its formula divides by it: give D
         --solver newmark --eta 2.76 --steps 9 --D 1 --stiffness-of-step -1 | stiffness_of_step = -1.0 is outside (0,
         REFERENCE --keep 0 | keep = 0
@@ -48,6 +59,7 @@ REFUSED = {
         REFERENCE --initial a,b,c,d | not a list of numbers
         REFERENCE --initial 1,0,0,0 | gap
         REFERENCE --restitution 2 | restitution = 2.0
+        REFERENCE --threshold -1e-9 | threshold = -1e-09
         REFERENCE --treshold 2 | --treshold is no option: do you mean --threshold?
         REFERENCE --colour=2 | simulate: --colour is no option (see
         REFERENCE 'one⏎line' | simulate: one line belongs to no option (see
@@ -60,6 +72,9 @@ REFUSED = {
         --solver newmark NUMBERS --integrator euler | invalid choice: 'euler'
         --solver newmark NUMBERS --integrator hht --alpha 0.9 | alpha = 0.9 is outside [-0.333333, 0]
         --solver newmark NUMBERS --integrator bathe --rho 1.2 | rho = 1.2 is outside [0, 1]
+        --solver newmark NUMBERS --integrator generalised-alpha --rho -0.1 | rho = -0.1 is outside
+        --solver newmark NUMBERS --integrator hht-interpolated --alpha -0.34 | alpha = -0.34 is outside
+        --solver newmark NUMBERS --beta nan | beta = nan is outside
         --solver newmark NUMBERS --integrator bathe --alpha 0 | --alpha is no number of ... bathe: it has --rho
         --solver newmark NUMBERS --integrator tr-bdf2 --rho 0 | --rho is no number of ... tr-bdf2: it has no numbers
         --solver newmark NUMBERS --beta 2 | beta = 2.0 is outside
@@ -125,6 +140,7 @@ REFUSED = {
         --K 1e6 --restitution 1.5 | restitution = 1.5 is outside [0, 1]
         --K '1e6 kg' --D 3 | give it in N/m
         PART --steps-per-contact 0 | give a number above 0
+        PART --time-step 1e-12 | too short to follow: take at least
         PART --over mass=1:2 | neither of steps-per-contact, speed
         PART --over speed=2:1 | 0 < A < B
         PART --over speed | needs a step
@@ -144,9 +160,13 @@ REFUSED = {
         --system box.toml | nothing drives the bodies ... free vibration ... impact --system FILE --initial
         --eta 2.76 --tolerance 0 | tolerance = 0
         --eta 2.76 --tolerance nan | tolerance = nan
+        --eta 2.76 --tolerance 1.5 | tolerance = 1.5 is outside
+        --eta 2.76 --restitution-tolerance 0 | restitution_tolerance = 0.0 is outside
+        --eta 2.76 --force-tolerance 11 | force_tolerance = 11.0 is outside
         --eta -1 | eta = -1
         --eta 2.76 --K-max 0 | stiffness_max = 0
         --eta 2.76 --steps-max 100.5 | not a whole number
+        --eta 2.76 --steps-max 3 | steps_max = 3.0 is outside
         --eta 2.76 --force-tolerance none | --force-tolerance
         --eta 2.76 --eta-range 1:2:3 | --eta
         --eta 2.76 --one-setting | --eta-range

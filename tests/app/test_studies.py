@@ -13,9 +13,7 @@ from vibroscope.app.studies.bifurcation import DiagramQuestion, grow_diagram
 from vibroscope.app.studies.plane import PlaneQuestion, grow_plane
 from vibroscope.app.studies.time_step import StepQuestion, grow_step
 from vibroscope.engine import (
-    COORDINATES,
     STATUSES,
-    Cancelled,
     ExactPenalty,
     Newmark,
     Reference,
@@ -153,12 +151,6 @@ def test_every_cell_has_the_colour_of_its_number(small_plane, name):
             assert classes.PALETTE[picture.ravel()[i]] == quantity.classes[index][1]
 
 
-def test_the_planes_of_the_paper_differ_by_the_time_step(small_plane):
-    result = small_plane[-1]
-    once = {side: (result.shown(side, "period") == 1).mean() for side in plane.SIDES}
-    assert once["exact"] > 2 * once["penalty"]
-
-
 def test_a_movable_limit_of_steps_marks_the_sudden_impacts(small_plane):
     result = small_plane[-1]
     steps = result.contact_steps("penalty")
@@ -189,12 +181,6 @@ def test_the_motions_of_coarse_cells_of_a_plane_are_judged_first():
         assert not (columns[first] % stride).any()
 
 
-def test_a_plane_that_is_cancelled_stops():
-    question = PlaneQuestion(SYSTEM, 2.76, 2000, False, False, (10.0, 1e5), (0.1, 100.0))
-    with pytest.raises(Cancelled):
-        last(grow_plane(question, None, lambda: True))
-
-
 # -- the diagram -------------------------------------------------------------------------------------------------------
 
 
@@ -208,28 +194,6 @@ def small_diagram():
 
 def short_question(direction):
     return DiagramQuestion(SYSTEM, Reference(), direction, (2.7, 2.9), count=17, transient=60)
-
-
-def section_of(result, cell):
-    """All coordinates of a cell's section, (SAMPLE, 4)."""
-    return np.stack([result.section(name)[cell] for name in COORDINATES], axis=-1)
-
-
-def test_from_rest_each_value_is_a_run_of_its_own(small_diagram):
-    result = small_diagram("rest")[-1]
-    for i in (0, 7, 16):
-        run = simulate(SYSTEM, result.question.axis[i], Reference(), periods=72, keep=12)
-        np.testing.assert_allclose(section_of(result, i), run.section, atol=1e-8)
-
-
-@pytest.mark.parametrize("direction", every(["up", "down"]))
-def test_continued_each_value_starts_where_its_neighbour_ended(small_diagram, direction):
-    result = small_diagram(direction)[-1]
-    start = (0.0, 0.0, 0.0, 0.0)
-    for i in np.arange(17)[:: 1 if direction == "up" else -1]:
-        run = simulate(SYSTEM, result.question.axis[i], Reference(), periods=72, keep=12, initial=start)
-        np.testing.assert_allclose(section_of(result, i)[:3], run.section[:3], atol=1e-6)
-        start = section_of(result, i)[-1]
 
 
 @pytest.mark.parametrize("direction", every(["down", "up"]))

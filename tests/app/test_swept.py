@@ -11,7 +11,7 @@ from vibroscope.app.page.bifurcation.panel import SWEPT
 from vibroscope.app.page.bifurcation.tab import Bifurcation
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.bifurcation import DiagramQuestion, grow_diagram
-from vibroscope.engine import CompileProgress, EtaStudy, ExactPenalty, Newmark, Reference, System, simulate
+from vibroscope.engine import CompileProgress, EtaStudy, Reference, System, simulate
 
 from tests.app.fakes import Asked, FakeHost
 
@@ -90,22 +90,6 @@ def test_an_own_start_is_that_of_each_value():
     *_, result = grow_diagram(question, None, lambda: False)
     run = simulate(System(), 2.8, Reference(), periods=53, keep=48, initial=start)
     np.testing.assert_allclose(result.section("xi2")[1], run.section[:, 2], atol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("over", "method", "span"),
-    [("K", ExactPenalty(1.0, 18.0), (9e3, 2e4)), ("steps", Newmark(12e3, 18.0, 400), (400, 801))],
-)
-def test_the_swept_number_is_that_of_the_runs(over, method, span):
-    question = DiagramQuestion(
-        system=System(), method=method, direction="rest", span=span, over=over, eta=2.76, count=3, transient=5
-    )
-    *_, result = grow_diagram(question, None, lambda: False)
-    value = question.axis[1]
-    own = ExactPenalty(value, 18.0) if over == "K" else Newmark(12e3, 18.0, int(value))
-    run = simulate(System(), 2.76, own, periods=53, keep=48)
-    np.testing.assert_allclose(result.section("xi2")[1], run.section[:, 2], atol=1e-9)
-    assert list(result.data())[1] == over
 
 
 def test_an_own_start_on_the_command_line(tmp_path):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Series
-from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.export.tables import table_in_units
 from vibroscope.app.page.bifurcation.figure import BifurcationView
 from vibroscope.app.page.shared.figure import make_figure
@@ -83,9 +82,3 @@ def test_tables_of_studies_name_their_units():
         {"f [Hz]": 40 / 2 / np.pi, "x2 [mm]": 7.5, "K [N/mm]": 12.0, "2D [N·s/mm]": 0.12, "period": 1}
     )
     assert table_in_units([Series("a", columns)], None)[0].columns is columns
-
-
-def test_a_report_has_the_setting_in_units():
-    report = as_report("t", Findings({}), PHYSICAL, [], [], {"program": "", "made": "", "address": ""})
-    for cells in ("<th>K</th><td>3000 N/mm</td>", "<th>2D</th><td>0.96 N·s/mm</td>", "<th>m₁</th><td>0.003 t</td>"):
-        assert cells in report

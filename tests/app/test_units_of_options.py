@@ -8,8 +8,6 @@ from functools import partial
 import pytest
 from vibroscope.app.commands.cli import build_parser
 from vibroscope.app.commands.numbers import STEPS, list_of, measured, resolve_units, span, state_numbers, step_numbers
-from vibroscope.app.explorer.reading import read_setting
-from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.engine import parse_system, spaced
 
 from tests.app.command_line import PHYSICAL, run_command
@@ -51,15 +49,6 @@ def resolved(*words, system=SYSTEM):
 def test_a_number_with_a_unit_is_that_of_the_model(option, text, model):
     options = resolved("simulate", "--solver", "newmark", f"--{option}", text)
     assert getattr(options, option) == pytest.approx(model, rel=1e-12)
-
-
-@pytest.mark.parametrize(("name", "text"), [("K", "57.6 kN/mm"), ("D", "6280 N s/m"), ("eta", "12 Hz")])
-def test_it_is_what_the_page_makes_of_the_same_text(name, text):
-    units = SYSTEM.units
-    scale = {"omega1": str(units.omega1), "m1": str(units.m1), "amplitude": str(units.base_amplitude), "units": "si"}
-    setting = read_setting(scale)
-    page = float(plain_texts({name: {"typed": text}}, setting)[name])
-    assert getattr(resolved("simulate", "--solver", "newmark", f"--{name}", text), name) == pytest.approx(page, 1e-12)
 
 
 def test_ranges_may_have_units_too():

@@ -8,11 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from vibroscope.app.explorer.compute import compute_runs
-from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import describe
-from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.present import present, quantity_of
-from vibroscope.app.explorer.reading import read_setting, read_values
+from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.export.formats import as_csv, as_toml
@@ -149,15 +147,3 @@ def test_a_force_that_may_be_a_mean_is_named_so():
 
 def parse_system_units(text):
     return replace(parse_system(text[text.index("[units]") :].encode()).units, system="mm-t-s")
-
-
-@pytest.mark.parametrize("text", ["0", "-1", "1e-7", "1e10", "nan", ""])
-def test_units_from_an_address_are_checked(text):
-    with pytest.raises(Refused, match="omega1"):
-        read_values({"omega1": text})
-
-
-@pytest.mark.parametrize("name", ["omega1", "m1", "amplitude"])
-def test_both_ends_of_every_range_make_units(name):
-    for value in FIELDS[name].bounds:
-        assert PHYSICAL._replace(**{name: value}).scale is not None

@@ -276,11 +276,6 @@ def test_a_call_is_cancelled_at_once(method):
     assert time.perf_counter() < begin + 20
 
 
-def test_a_call_that_is_cancelled_before_it_starts_runs_nothing():
-    with pytest.raises(Cancelled):
-        run_cells(SWEEPS["reference"], transient=1, sample=1, cancelled=lambda: True)
-
-
 def test_no_cells():
     found = run_cells(Cells(System(), [], Reference()), transient=1, sample=2)
     assert found.section.shape == (0, 2, 4)

@@ -1,6 +1,5 @@
 """The law of a spring of two stiffnesses: closed form to forty digits, energy, limits, steps, cells, refusals."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -202,19 +201,3 @@ def test_cells_are_single_runs_and_a_steady_motion_repeats():
             alone = simulate(System(), eta, replace(method, stiffness=k, damping=d), periods=6, keep=2)
             np.testing.assert_array_equal(section, alone.section)
     assert steady(System(d1=0.2, d2=0.2), 2.76, ExactPenalty(1200.0, 8.0, **LAW)).periodic
-
-
-@pytest.mark.parametrize(
-    ("numbers", "words"),
-    [
-        ({"penetration": 0.1}, "stiffening is missing: give the r of the spring"),
-        ({"stiffening": 2.0}, "penetration is missing: give the penetration beyond which the spring has the stiffness"),
-        ({"penetration": 0.1, "stiffening": 1.0}, r"stiffening = 1.0 is outside \(1"),
-        ({"penetration": 0.1, "stiffening": math.inf}, "stiffening = inf is outside"),
-    ],
-)
-def test_bad_numbers_are_one_clear_line(numbers, words):
-    with pytest.raises(ValueError, match=words):
-        ExactPenalty(100.0, 1.0, "bilinear", **numbers)
-    with pytest.raises(ValueError, match="stiffening = 2 is no number of the law 'cut', but of 'bilinear'"):
-        ExactPenalty(100.0, 1.0, "cut", stiffening=2)

@@ -2,6 +2,8 @@
 
 import pytest
 from vibroscope.engine import (
+    Cancelled,
+    Cells,
     ComparisonQuestion,
     Newmark,
     Reference,
@@ -11,6 +13,8 @@ from vibroscope.engine import (
     lyapunov,
     motion,
     recommend,
+    run_cells,
+    steady,
     verdict,
 )
 from vibroscope.engine.drivers.base import Driver
@@ -67,3 +71,19 @@ def test_every_run_asks_whether_it_is_cancelled(name, monkeypatch):
     CASES[name]()
     assert len(runs) > 1 or name == "exponent"
     assert not deaf
+
+
+COMPARED = ComparisonQuestion(System(), 2.76, Newmark(100, 50, 2000))
+STOPPED = {
+    "motion": lambda stop: motion(System(), 1.7, Newmark(12_000, 18, 2000), cancelled=stop),
+    "steady": lambda stop: steady(System(), 2.76, Reference(), cancelled=stop),
+    "cells": lambda stop: run_cells(Cells(System(), [1.7], Reference()), transient=1, sample=1, cancelled=stop),
+    "range": lambda stop: recommend(question(System(), [2.7, 2.76]), cancelled=stop),
+    "verdict": lambda stop: verdict(compare(COMPARED), cancelled=stop),
+}
+
+
+@pytest.mark.parametrize("name", STOPPED)
+def test_what_is_cancelled_before_it_begins_raises(name):
+    with pytest.raises(Cancelled):
+        STOPPED[name](lambda: True)

@@ -30,7 +30,7 @@ THROWN = (0.0, 1.0, 0.0, 0.0)
     [
         (Reference(), np.pi),
         (ExactPenalty(10_000, 0.0), np.pi + np.pi / np.sqrt(10_001)),
-        (Newmark(10_000, 0.0, 20_000, located=True), np.pi + np.pi / np.sqrt(10_001)),
+        (Newmark(10_000, 0.0, 4000, located=True), np.pi + np.pi / np.sqrt(10_001)),
     ],
 )
 @pytest.mark.parametrize("eta", [1.0, 0.7377])

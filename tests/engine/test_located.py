@@ -1,11 +1,10 @@
 """Newmark with located contact changes: its twin, its order, its checkpoints."""
 
-import dataclasses
 import math
 
 import numpy as np
 import pytest
-from vibroscope.engine import Newmark, Record, System, motion, simulate
+from vibroscope.engine import Newmark, System, motion, simulate
 from vibroscope.engine.drivers.located import scheme_of_run
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.compile.record import make_buffers
@@ -117,34 +116,6 @@ def test_location_alone_is_not_enough():
         s = kernel.STATE.read(state)
         ends.append(np.abs(np.array([s.x, s.v, s.x + s.g, s.v + s.u]) - truth.states(case)[periods]).max())
     assert ends[1] > 100 * ends[0]
-
-
-def test_a_checkpoint_goes_on_bit_for_bit():
-    for eta, stiffness, damping, n in ((1.08, 2500.0, 8.0, 200), (1.70, 12000.0, 18.0, 150), (3.25, 1e6, 0.0, 37)):
-        whole = run(eta, stiffness, damping, n, 20, keep=5, record=Record(2, 30))
-        first = run(eta, stiffness, damping, n, 12, keep=3)
-        rest = run(eta, stiffness, damping, n, 11, keep=5, record=Record(2, 30), initial=first.checkpoint)
-        assert first.checkpoint.periods == 9
-        assert rest.checkpoint == whole.checkpoint
-        for name in ("section", "contacts"):
-            np.testing.assert_array_equal(getattr(rest, name), getattr(whole, name))
-        for part in ("impacts", "trajectory"):
-            for field in dataclasses.fields(getattr(whole, part)):
-                one, other = (getattr(getattr(r, part), field.name) for r in (rest, whole))
-                np.testing.assert_array_equal(one, other)
-
-
-def test_a_run_that_pauses_at_any_change_goes_on_bit_for_bit(monkeypatch):
-    arguments = 1.08, 2500.0, 8.0, 100
-    whole = run(*arguments, record=Record(10, 100))
-    monkeypatch.setattr("vibroscope.engine.drivers.base.CAPACITY", 1)
-    monkeypatch.setattr("vibroscope.engine.drivers.located.LocatedDriver.solves_per_call", 7)
-    paused = run(*arguments, record=Record(10, 100))
-    for name in ("section", "contacts"):
-        np.testing.assert_array_equal(getattr(paused, name), getattr(whole, name))
-    np.testing.assert_array_equal(paused.trajectory.force, whole.trajectory.force)
-    np.testing.assert_array_equal(paused.impacts.impulse, whole.impacts.impulse)
-    assert paused.cost.steps == whole.cost.steps
 
 
 @pytest.mark.parametrize("depth", [1e-6, 1e-9, 1e-12, -1e-12, -1e-9, -1e-6])

@@ -10,7 +10,6 @@ from vibroscope.engine import (
     Excitation,
     Newmark,
     NewmarkBeta,
-    Record,
     System,
     TimeStepping,
     simulate,
@@ -116,16 +115,3 @@ def test_the_energy_balance_closes_as_steps_become_smaller(law):
         residuals.append(np.abs(balance.residual).max() / balance.size)
     assert residuals[1] < residuals[0] / 3
     assert residuals[1] < 0.01
-
-
-@pytest.mark.parametrize("law", ["cut", "limited", "flores", "impact"])
-def test_a_run_that_goes_on_has_the_same_bits(law, monkeypatch):
-    method = method_of(law, kind=TimeStepping, steps=150, status="located")
-    whole = simulate(System(), 1.08, method, periods=9, keep=5, record=Record(2, 30))
-    first = simulate(System(), 1.08, method, periods=5, keep=1)
-    monkeypatch.setattr("vibroscope.engine.drivers.located.LocatedDriver.solves_per_call", 7)
-    rest = simulate(System(), 1.08, method, periods=5, keep=5, record=Record(2, 30), initial=first.checkpoint)
-    np.testing.assert_array_equal(rest.section, whole.section)
-    np.testing.assert_array_equal(rest.contacts, whole.contacts)
-    np.testing.assert_array_equal(rest.trajectory.force, whole.trajectory.force)
-    assert rest.trajectory.force.max() > 0

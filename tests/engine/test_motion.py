@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from vibroscope.engine import (
-    Cancelled,
     ExactPenalty,
     Newmark,
     Record,
@@ -164,12 +163,6 @@ def test_contradictory_arguments_are_refused():
         motion(SYSTEM, -1, Reference())
     with pytest.raises(ValueError, match="ended as diverged"):
         motion(simulate(SYSTEM, 2.76, Newmark(1e9, 1e3, 20)))
-
-
-@pytest.mark.parametrize("method", [Reference(), Newmark(12000, 18, 2000)])
-def test_a_motion_can_be_cancelled(method):
-    with pytest.raises(Cancelled):
-        motion(SYSTEM, 1.70, method, cancelled=lambda: True)
 
 
 def test_a_cycle_longer_than_newtons_method_looks_for_is_found_in_the_section():

@@ -1,7 +1,6 @@
 """Recommended settings checked by independent runs."""
 
 import math
-import re
 import threading
 
 import numpy as np
@@ -185,24 +184,6 @@ def test_a_design_curve_is_a_recommendation_for_each_eta():
     assert curve[1] == recommend(question(SYSTEM, 3.25, **options))
     assert reported == sorted(reported)
     assert reported[-1] == 1
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"tolerance": 0.0}, "tolerance = 0.0 is outside [1e-06, 1]"),
-        ({"tolerance": math.nan}, "tolerance = nan is outside"),
-        ({"tolerance": 1.5}, "tolerance = 1.5 is outside"),
-        ({"restitution_tolerance": 0.0}, "restitution_tolerance = 0.0 is outside"),
-        ({"force_tolerance": 11}, "force_tolerance = 11 is outside"),
-        ({"stiffness_max": 0.5}, "stiffness_max = 0.5 is outside"),
-        ({"steps_max": 100.5}, "steps_max = 100.5 is not a whole number"),
-        ({"steps_max": 3}, "steps_max = 3 is outside"),
-    ],
-)
-def test_numbers_out_of_range_are_refused(options, words):
-    with pytest.raises(ValueError, match=re.escape(words)):
-        recommend(question(SYSTEM, 2.76, **options))
 
 
 def test_the_contact_formulas_hold_for_a_free_contact():

@@ -1,10 +1,6 @@
 """Recommendations for what a code has: integrator, contact status and law."""
 
-import json
-
 import pytest
-from vibroscope.app.commands import recommend as command
-from vibroscope.app.commands.cli import main
 from vibroscope.engine import HHT, ExactPenalty, System, TimeStepping, recommend, simulate
 
 from tests.answers import compared, recommended
@@ -41,15 +37,3 @@ def test_a_range_is_served_by_the_method():
 def test_what_has_no_time_step_is_refused():
     with pytest.raises(ValueError, match="has no time step"):
         recommend(question(System(), 1.08, scheme=ExactPenalty(1, 0)))
-
-
-def test_the_command_takes_what_a_code_has(capsys, monkeypatch):
-    monkeypatch.setattr(command, "recommend", lambda asked, **_: recommended(asked))
-    problem = "recommend --eta 1.08 --tolerance 0.3 --K 100 --D 3.68 --steps-max 32"
-    problem += " --restitution-tolerance off --force-tolerance off"
-    choice = "--integrator hht --alpha -0.1 --status end --without-solution keep"
-    main([*problem.split(), *choice.split(), "--json"])
-    found = json.loads(capsys.readouterr().out)
-    assert (found["integrator"], found["status"], found["law"], found["met"]) == ("hht", "end", "kelvin-voigt", True)
-    main([*problem.split(), *choice.split()])
-    assert "contact at the end of steps, law kelvin-voigt" in capsys.readouterr().out

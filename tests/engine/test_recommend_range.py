@@ -4,7 +4,6 @@ import math
 
 import pytest
 from vibroscope.engine import (
-    Cancelled,
     ExactPenalty,
     Record,
     Reference,
@@ -130,11 +129,6 @@ def test_eta_without_a_periodic_reference_are_left_out():
 def test_a_range_has_valid_eta(etas, words):
     with pytest.raises(ValueError, match=words):
         recommend(question(SYSTEM, etas))
-
-
-def test_a_range_can_be_cancelled():
-    with pytest.raises(Cancelled):
-        recommend(question(SYSTEM, [2.7, 2.76]), cancelled=lambda: True)
 
 
 class Part:

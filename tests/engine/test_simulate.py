@@ -13,28 +13,6 @@ METHODS = [Reference(), Reference("derived"), Newmark(12000, 18, 500)]
 
 
 @pytest.mark.parametrize("method", METHODS, ids=str)
-@pytest.mark.parametrize("eta", [1.08, 1.70, 2.76])
-def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(method, eta):
-    whole = simulate(System(), eta, method, periods=120, keep=60, record=Record(2, 300))
-    rest = simulate(System(), eta, method, periods=60, keep=20, initial=whole.checkpoint, record=Record(2, 300))
-    np.testing.assert_array_equal(rest.section, whole.section[-20:])
-    np.testing.assert_array_equal(rest.trajectory.displacement, whole.trajectory.displacement)
-    np.testing.assert_array_equal(rest.trajectory.force, whole.trajectory.force)
-    np.testing.assert_array_equal(rest.impacts.time, whole.impacts.time[len(whole.impacts) - len(rest.impacts) :])
-    assert rest.window[1] == pytest.approx(whole.window[1])
-
-
-@pytest.mark.parametrize("method", METHODS, ids=str)
-def test_keeping_more_changes_nothing_that_is_kept_anyway(method):
-    short = simulate(System(), 1.70, method, periods=100, keep=5)
-    long = simulate(System(), 1.70, method, periods=100, keep=100)
-    np.testing.assert_array_equal(short.section, long.section[-5:])
-    begin = short.window[0]
-    np.testing.assert_array_equal(short.impacts.time, long.impacts.time[long.impacts.time > begin])
-    np.testing.assert_array_equal(short.contacts, long.contacts[long.contacts[:, 1] > begin])
-
-
-@pytest.mark.parametrize("method", METHODS, ids=str)
 def test_samples_meet_the_section(method):
     response = simulate(System(), 1.08, method, periods=30, keep=5, record=Record(3, 250))
     per_period = (len(response.trajectory.time) - 1) // 3

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from vibroscope.engine import Cancelled, ExactPenalty, Newmark, Record, Reference, System, motion, simulate, steady
+from vibroscope.engine import ExactPenalty, Newmark, Record, Reference, System, motion, simulate, steady
 from vibroscope.engine.drivers.event_driven import LinearFlow, set_up
 
 SYSTEM = System()
@@ -227,11 +227,6 @@ def test_bad_input_is_refused(arguments, words):
     given = {"system": SYSTEM, "eta": 2.76, "method": Reference()} | arguments
     with pytest.raises(ValueError, match=words):
         steady(**given)
-
-
-def test_the_search_can_be_cancelled():
-    with pytest.raises(Cancelled):
-        steady(SYSTEM, 2.76, Reference(), cancelled=lambda: True)
 
 
 def test_the_steps_of_newtons_method_are_counted():

@@ -196,7 +196,6 @@ def test_an_amplitude_or_a_second_clearance_is_swept(name):
             lambda: sweep(EtaStudy(System(), Reference(), values=[1.0], over="mood", eta=1)),
             "no parameter that can be swept",
         ),
-        (lambda: sweep(EtaStudy(System(), Reference(), values=[1.0], over="K", eta=1)), "has no K"),
         (lambda: sweep(EtaStudy(System(), Reference(), values=[0.5], over="restitution")), "needs an eta"),
         (lambda: sweep(EtaStudy(System(), Reference(), values=[1.7, 2.4], over="kappa", eta=1)), "kappa3"),
         (
@@ -220,9 +219,7 @@ def test_an_amplitude_or_a_second_clearance_is_swept(name):
         ),
         (lambda: sweep(StepStudy(System(), Newmark(1e4, 18, 2000), 2.76, steps=[100.5])), "steps = 100.5"),
         (lambda: spaced("K", 0, 10, 4, logarithmic=True), "K = 0"),
-        (lambda: spaced("eta", 1, 2, 1e12), "count of eta"),
         (lambda: spaced("eta", 1, 2, 0), "count of eta = 0"),
-        (lambda: spaced("eta", 2, 1, 3), "empty range"),
         (lambda: spaced("eta", 2, 2, 3), "empty range"),
     ],
 )

@@ -127,17 +127,3 @@ def test_the_command_computes_a_plane_of_steps_without_a_solution(capsys, tmp_pa
     main(["sweep", "no-solution", *numbers.split(), "--without-solution", "keep", "--out", str(tmp_path / "plane")])
     found = json.loads(capsys.readouterr().out)
     assert (found["cells"], found["computed"], found["failed"]) == (4, 4, 0)
-
-
-def test_the_commands_of_the_other_studies_take_an_integrator(capsys, tmp_path):
-    choice = "--integrator hht --status end --without-solution keep --transient 10 --sample 5 --json"
-    studies = {
-        "eta": "--from 1 --to 1.1 --count 2 --solver newmark --K 500 --D 2 --steps 60",
-        "plane": "--eta 1.08 --K 100:500:2 --D 1:2:2 --steps 60",
-        "step": "--eta 1.08 --K 500 --D 2 --steps 60,120",
-    }
-    for name, numbers in studies.items():
-        main(["sweep", name, *numbers.split(), *choice.split(), "--out", str(tmp_path / name)])
-        assert json.loads(capsys.readouterr().out)["failed"] == 0
-        origin = json.loads((tmp_path / name / "zarr.json").read_text())["attributes"]
-        assert "hht" in json.dumps(origin)

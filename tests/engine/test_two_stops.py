@@ -48,7 +48,7 @@ from vibroscope.engine.motions.lyapunov import follow_cells
 from vibroscope.engine.motions.poincare_map import half_cycle_multipliers
 from vibroscope.engine.motions.search import apart, random_states
 
-from tests import naive_stops
+from tests import naive, naive_stops
 
 WALL = System(wall=True, d1=0.05, clearance=0.5, clearance2=0.8, restitution=0.6, restitution2=0.8)
 PAIR = System(clearance=0.2, clearance2=0.5, d3=None, restitution=0.6, excitation=Excitation(constant1=0.1))
@@ -215,7 +215,8 @@ def test_newmarks_steps_are_those_of_their_twin(name, integrator):
     method = Newmark(K, D, 500) if integrator == "own loop" else TimeStepping(K, D, 500, HHT(alpha=0.0))
     run = simulate(system, eta, method, periods=1, keep=1, initial=start)
     assert len(set(np.sign(run.impacts.impulse))) == 2
-    np.testing.assert_allclose(run.section[-1], naive_stops.newmark(system, eta, method, 1, start), atol=1e-8)
+    states, _ = naive.newmark(system, eta, K, D, 500, 500, start=start)
+    np.testing.assert_allclose(run.section[-1], states[-1], atol=1e-8)
 
 
 @pytest.mark.parametrize("name", SYSTEMS)
@@ -247,15 +248,6 @@ def test_in_a_mirror_every_motion_has_the_other_sign(name, method):
     np.testing.assert_allclose(other.impacts.impulse, -one.impacts.impulse, atol=1e-7)
     np.testing.assert_allclose(other.contacts, one.contacts, atol=1e-8)
     np.testing.assert_allclose(other.trajectory.force, -one.trajectory.force, atol=1e-5)
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(method):
-    system, eta, start = SYSTEMS["wall"]
-    method = METHODS[method]
-    whole = simulate(system, eta, method, periods=6, keep=3, initial=start)
-    rest = simulate(system, eta, method, periods=3, keep=3, initial=whole.checkpoint)
-    assert rest.section.tobytes() == whole.section.tobytes()
 
 
 def test_a_chatter_ends_at_the_second_stop_as_at_the_first():
@@ -318,13 +310,14 @@ def test_stops_that_ask_for_different_restitutions_need_dampers_of_their_own():
     def compared(system):
         return compare(ComparisonQuestion(system, 2.0, with_located_steps(one_damper)))
 
-    words = print_statement(verdict(compared(system)).headline)
+    found = compared(system)
+    words = print_statement(verdict(found).headline)
     assert "The stops ask for restitutions of 0.5 and 0.7: with the D that gives 0.5 at the first, the second" in words
     factor = float(words.partition("damping_factor2 = ")[2].split()[0])
     own = [equal_restitution_damping(replace(system, restitution=e), 5066.0) for e in (0.5, 0.7)]
     assert factor == pytest.approx(own[1] / own[0], rel=1e-3)
     better = replace(system, damping_factor2=factor)
-    assert compared(better).difference.total < compared(system).difference.total / 5
+    assert compared(better).difference.total < found.difference.total / 5
     assert unequal_stops_text(better, one_damper, 1.0) == ""
     without_loss = replace(system, restitution=1.0)  # for which no damper times a factor gives the second its own
     assert unequal_stops_text(without_loss, one_damper, 1.0) == ""

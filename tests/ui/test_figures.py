@@ -53,19 +53,6 @@ def test_a_diverged_penalty_run_is_reported_and_the_reference_stays(kept):
     assert "nothing to compare" in explorer.line("verdict")
 
 
-def test_the_difference_is_drawn_in_parts_in_place_of_the_displacements(kept):
-    explorer = kept("?eta=2.76&K=12000&D=18&steps=2000")
-    assert explorer.source("difference")["total"] == []
-    form = explorer.page.get_by_role("form", name="Settings")
-    explorer.unfold("Display")
-    explorer.moved(lambda: form.get_by_text("difference", exact=True).click())
-    wait_until(lambda: len(explorer.source("difference")["total"]) > 100, what="the difference")
-    assert "difference of ξ₂ / base amplitude" in labels_of(explorer, "displacement")
-    explorer.wait_for_address(frame="difference")
-    explorer.moved(lambda: explorer.page.get_by_text("relative", exact=True).click())
-    assert "displacements ξ₁, ξ₂ / base amplitude" in labels_of(explorer, "displacement")
-
-
 def labels_of(explorer, figure):
     """Labels of its axes; a long one is in two lines."""
     return [" ".join(label.split()) for label in explorer.figure(figure)["labels"]]
@@ -79,17 +66,21 @@ DISPLACEMENTS, PARTS = (
 )
 
 
-def test_the_curves_on_the_screen_are_those_of_the_choice(kept, visit):
+def test_the_difference_is_drawn_in_parts_in_place_of_the_displacements(kept, visit):
     explorer = kept.anew()
     form = explorer.page.get_by_role("form", name="Settings")
     assert explorer.page.evaluate(DRAWN, "displacement") == DISPLACEMENTS
+    assert explorer.source("difference")["total"] == []
     explorer.unfold("Display")
     explorer.moved(lambda: form.get_by_text("difference", exact=True).click())
+    wait_until(lambda: len(explorer.source("difference")["total"]) > 100, what="the difference")
     assert explorer.page.evaluate(DRAWN, "displacement") == PARTS
+    assert "difference of ξ₂ / base amplitude" in labels_of(explorer, "displacement")
     explorer.wait_for_address(frame="difference")
     assert visit(explorer.query()).page.evaluate(DRAWN, "displacement") == PARTS
-    explorer.moved(lambda: form.get_by_text("absolute", exact=True).click())
+    explorer.moved(lambda: form.get_by_text("relative", exact=True).click())
     assert explorer.page.evaluate(DRAWN, "displacement") == DISPLACEMENTS
+    assert "displacements ξ₁, ξ₂ / base amplitude" in labels_of(explorer, "displacement")
 
 
 def test_a_pin_keeps_the_result_and_its_curves(kept):

@@ -47,13 +47,6 @@ def test_the_terms_of_the_next_verdict_are_marked_too(kept):
     assert explorer.page.locator(".term .term").count() == 0
 
 
-def test_no_term_is_marked_in_what_is_to_be_copied(visit):
-    explorer = visit("?view=code&eta=1.08&K=2500&D=8&steps=2000&choice=code:opensees")
-    code = explorer.page.locator("section.codes pre")
-    wait_until(lambda: "integrator" in code.text_content(), what="the input for OpenSees")
-    assert code.locator(".term").count() == 0
-
-
 def test_marked_terms_follow_from_the_texts_and_not_from_those_before(kept, visit):
     def marked(explorer):
         explorer.page.locator("form.panel details").evaluate_all("all => all.forEach(each => { each.open = true; })")

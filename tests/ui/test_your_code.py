@@ -31,6 +31,9 @@ def test_choosing_codes_leaves_k_d_and_the_step_and_reset_chooses_none(kept):
     for code in ("abaqus-standard", "ls-dyna-explicit", "opensees"):
         choose(explorer, code)
         explorer.wait_for_address(K="2500", D="8", steps="2000")
+    words = explorer.page.locator("section.codes pre")
+    wait_until(lambda: "integrator" in words.text_content(), what="the input for OpenSees")
+    assert words.locator(".term").count() == 0  # none is marked in what is to be copied
     explorer.page.get_by_role("button", name="Reset").click()
     wait_until(lambda: "choice" not in explorer.address(), what="no code")
     assert explorer.page.locator("select").filter(has_text="choose a code").input_value() == "none"

@@ -110,8 +110,3 @@ def test_every_step_with_the_law_that_is_cut_is_that_of_the_textbook(eta, stiffn
     response = simulate(System(), eta, method, periods=periods, keep=periods, record=Record(periods, n))
     states, _ = naive.newmark(System(), eta, stiffness, damping, n, periods * n, cut=True)
     np.testing.assert_allclose(response.trajectory.displacement.T, states[:, [0, 2]], atol=1e-8)
-
-
-def test_a_law_that_does_not_exist_is_refused():
-    with pytest.raises(ValueError, match="law = 'glue' is not one of kelvin-voigt, cut"):
-        Newmark(1.0, 1.0, 100, law="glue")

@@ -12,7 +12,6 @@ from vibroscope.engine import (
     HHTInterpolated,
     Newmark,
     NewmarkBeta,
-    Record,
     SemiImplicitEuler,
     System,
     TimeStepping,
@@ -102,18 +101,6 @@ def test_a_contact_whose_end_is_looked_for_at_its_beginning_ends_where_it_ends(m
 METHODS = [TimeStepping(12000.0, 18.0, 1000, kind(), "located") for kind in (NewmarkBeta, Bathe)]
 METHODS += [Newmark(12000.0, 18.0, 3000, located=True, law=law) for law in ("kelvin-voigt", "cut")]
 METHODS.append(TimeStepping(12000.0, 18.0, 1000, HHTInterpolated(), "located", law="compression"))
-
-
-@pytest.mark.parametrize("method", METHODS, ids=repr)
-def test_located_steps_do_not_depend_on_where_a_run_is_cut(method):
-    """Chaotic motion: the last bit would show."""
-    whole = simulate(System(), 1.70, method, periods=60, keep=20, record=Record(7, 300))
-    begun = simulate(System(), 1.70, method, periods=31, keep=1).checkpoint
-    rest = simulate(System(), 1.70, method, periods=30, keep=3, initial=begun)
-    np.testing.assert_array_equal(whole.section[-3:], rest.section)
-    again = simulate(System(), 1.70, method, periods=60, keep=60)
-    np.testing.assert_array_equal(whole.section, again.section[-20:])
-    assert whole.cost.steps == again.cost.steps
 
 
 @pytest.mark.parametrize(("integrator", "order"), [(NewmarkBeta(), 2), (Bathe(0.5), 2)], ids=repr)

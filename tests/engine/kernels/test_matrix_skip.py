@@ -150,19 +150,6 @@ def test_what_is_recorded(system, integrator, status, law):
         np.testing.assert_allclose(skipped, plain, rtol=0, atol=1e-6 * max(1, np.abs(plain).max()))
 
 
-@pytest.mark.parametrize(("integrator", "status", "law"), CASES)
-def test_skips_do_not_depend_on_where_a_run_is_cut(integrator, status, law):
-    """Chaotic motion: the last bit would show."""
-    method = TimeStepping(12000.0, 18.0, 2000, integrator, status, "keep", law, **law_numbers(law))
-    long = simulate(System(), 1.70, method, periods=60, keep=60)
-    sampled = simulate(System(), 1.70, method, periods=60, keep=20, record=Record(7, 300))
-    np.testing.assert_array_equal(long.section[-20:], sampled.section)
-    begun = simulate(System(), 1.70, method, periods=31, keep=1).checkpoint
-    ahead = simulate(System(), 1.70, method, periods=30, keep=3, initial=begun)
-    np.testing.assert_array_equal(long.section[-3:], ahead.section)
-    assert ahead.cost.steps == 30 * 2000
-
-
 @pytest.mark.parametrize("without", ["stop", "keep", "halve"])
 @pytest.mark.parametrize("law", ["kelvin-voigt", "cut"])
 def test_steps_without_a_solution_and_with_two_are_those_of_the_plain_loop(law, without):

@@ -8,19 +8,16 @@ import pytest
 from vibroscope.engine import Newmark, Record, Status, System, simulate
 from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.accelerated.certificate import SKIP_ON, TAKE_STEP, single_steps
-from vibroscope.engine.kernels.accelerated.skip import entries_of, next_entries
 from vibroscope.engine.kernels.accelerated.step_map import (
     ENTRIES,
     FREE,
     PRESSED,
     TABLES,
-    SkippingScheme,
     choose_strides,
     fill_tables,
     step_map,
 )
-from vibroscope.engine.kernels.compile.options import uncompiled
-from vibroscope.engine.kernels.time_stepping.newmark import scheme_of, step
+from vibroscope.engine.kernels.time_stepping.newmark import scheme_of
 
 SETTINGS = [
     (1.08, 2500.0, 8.0, 2000),
@@ -52,18 +49,6 @@ def scheme(eta, method):
 def steps_of(response):
     """The steps at which contacts begin and end."""
     return np.rint(response.contacts * response.method.steps * response.eta / (2 * math.pi)).astype(int)
-
-
-@pytest.mark.parametrize("strides", [(1, 0, 0), (1, 2, 0), (1, 46, 0), (1, 5, 35), (1, 90, 8100)])
-@pytest.mark.parametrize("ahead", [1, 10, 77])
-def test_entries_of_later_steps_are_counted_on(strides, ahead):
-    tables = TABLES.read(TABLES.zeros())
-    tables.strides[PRESSED] = strides
-    p = SkippingScheme(tables, 2000, None)
-    entries, steps = uncompiled(entries_of)(p, PRESSED, 3), 3
-    for _ in range(300):
-        entries, steps = uncompiled(next_entries)(p, PRESSED, entries, ahead), steps + ahead
-        assert entries == uncompiled(entries_of)(p, PRESSED, steps)
 
 
 @pytest.mark.parametrize(("eta", "stiffness", "damping", "n"), SETTINGS)
@@ -111,35 +96,6 @@ def test_the_same_steps_wherever_rounding_does_not_decide(system):
     assert phases > 2000
 
 
-@pytest.mark.parametrize("system", [System(), BETWEEN_STOPS], ids=["one", "two"])
-def test_skips_do_not_depend_on_where_a_run_is_cut(system):
-    """Chaotic motion: the last bit would show."""
-    method = Newmark(12000.0, 18.0, 2000)
-    long = simulate(system, 1.70, method, periods=400, keep=400)
-    short = simulate(system, 1.70, method, periods=400, keep=3)
-    sampled = simulate(system, 1.70, method, periods=400, keep=20, record=Record(7, 300))
-    np.testing.assert_array_equal(long.section[-3:], short.section)
-    np.testing.assert_array_equal(long.section[-20:], sampled.section)
-    begun = simulate(system, 1.70, method, periods=151, keep=1).checkpoint
-    ahead = simulate(system, 1.70, method, periods=250, keep=3, initial=begun)
-    np.testing.assert_array_equal(long.section[-3:], ahead.section)
-
-
-@pytest.mark.parametrize("contact", [False, True])
-def test_a_step_is_its_map(contact):
-    eta, method = 1.3, Newmark(3000.0, 5.0, 500)
-    m = scheme(eta, method)
-    one, turn = step_map(m, eta, contact), eta * m.h
-    p1, q1, p2, q2, phase = 0.3, 0.02, 0.25, -0.01, 0.7
-    z = np.array([p1, q1, p2 - p1, q2 - q1, math.cos(phase), math.sin(phase)])
-    a1, a2, force = step(m, p1, q1, p2, q2, contact, math.cos(phase + turn), math.cos(phase + turn))
-    np.testing.assert_allclose(one.accelerations @ z, (a1, a2), atol=1e-13)
-    np.testing.assert_allclose(one.force @ z, force, atol=1e-11)
-    np.testing.assert_allclose(one.gap @ z, p2 - p1 + (a2 - a1) / 4, atol=1e-14)
-    after = (p1 + q1 + a1, q1 + a1, p2 - p1 + q2 - q1 + a2 - a1, q2 - q1 + a2 - a1)
-    np.testing.assert_allclose((one.matrix @ z)[:4], after, atol=1e-13)
-
-
 def tables_of(m, eta, free_rate, pressed_rate):
     """Tables of both contact states, their steps' maps, and the rows that give the signed gap at a step itself."""
     tables = TABLES.read(TABLES.zeros())
@@ -148,29 +104,6 @@ def tables_of(m, eta, free_rate, pressed_rate):
         fill_tables(tables, m, eta, state, rate)
     here = [sign * one.gap @ np.linalg.inv(one.matrix) for sign, one in zip((1, -1), maps, strict=True)]
     return tables, maps, here
-
-
-@pytest.mark.parametrize(("n", "levels"), [(100, 1), (2000, 2), (100_000, 3)])
-def test_tables_of_many_steps_are_powers_of_the_map(n, levels):
-    eta, method = 1.08, Newmark(2500.0, 8.0, n)
-    m, rng = scheme(eta, method), np.random.default_rng(3)
-    tables, maps, here = tables_of(m, eta, 2.41, 90.0)
-    assert (tables.strides[FREE] > 0).sum() == levels
-    assert (tables.strides[PRESSED] > 0).sum() == min(levels, 2)
-    z = np.append(rng.normal(size=4), (math.cos(0.4), math.sin(0.4)))
-    power = np.linalg.matrix_power
-    for state, level in zip(*np.nonzero(tables.strides), strict=True):
-        for j in (1, 7, ENTRIES):
-            one, steps = maps[state], j * int(tables.strides[state, level])
-            after = power(one.matrix, steps) @ z
-            atol = 1e-13 * max(1.0, steps)
-            np.testing.assert_allclose(tables.matrices[state, level, j - 1] @ z, after, atol=atol)
-            np.testing.assert_allclose(tables.signed_gaps[state, level, :, j - 1] @ z, here[state] @ after, atol=atol)
-            if state == PRESSED:
-                force, at = 0.0, z
-                for _ in range(steps):
-                    force, at = force + one.force @ at, one.matrix @ at
-                np.testing.assert_allclose(tables.impulses[level, j - 1] @ z, m.h * force, rtol=1e-9, atol=1e-12)
 
 
 LEVELS = [(FREE, 2000, 1), (PRESSED, 2000, 1), (PRESSED, 100_000, 1), (FREE, 100_000, 1), (FREE, 100_000, 2)]
@@ -192,30 +125,6 @@ def test_no_second_difference_exceeds_the_bound_of_its_level(state, n, level):
     assert (
         bound < 3 * largest + 1e-12 * largest.max()
     ).all()  # far too wide would send every flight through single steps
-
-
-@pytest.mark.parametrize("state", [FREE, PRESSED])
-def test_from_the_next_step_on_the_gap_keeps_to_its_bound(state):
-    eta, method = 1.08, Newmark(2500.0, 8.0, 2000)
-    m, rng = scheme(eta, method), np.random.default_rng(4)
-    tables, maps, _ = tables_of(m, eta, 2.41, 90.0)
-    stride, closest = int(tables.strides[state, 1]), math.inf
-    assert stride > 1
-    for _ in range(50):
-        phase = rng.uniform(0, 2 * math.pi)
-        z = np.append(rng.normal(size=4) * (1, 0.01, 1e-3, 1e-4), (math.cos(phase), math.sin(phase)))
-        bound, gaps = tables.curvatures[state, 1] @ np.abs(z), [math.nan]
-        for _ in range(ENTRIES * stride):
-            gaps.append(maps[state].gap @ z * (-1 if state == PRESSED else 1))
-            z = maps[state].matrix @ z
-        for begin in range(0, ENTRIES * stride, stride):
-            inside = np.array(gaps[max(begin, 1) : begin + stride + 1])
-            share = np.linspace(0, 1, len(inside))
-            bow = np.abs(inside - (inside[0] * (1 - share) + inside[-1] * share))
-            # reached in the middle; nearer to an end the bound is 4u(1 - u) of it
-            assert (bow <= 4 * share * (1 - share) * bound + 1e-12).all()
-            closest = min(closest, bound / bow.max(initial=1e-300))
-    assert closest < 10
 
 
 @pytest.mark.parametrize("longest", [0, 1, 2, 100, 500, 513, 5000, 10**6])

@@ -19,12 +19,9 @@ from vibroscope.engine import (
     simulate,
     with_located_steps,
 )
-from vibroscope.engine.drivers.event_driven import LinearFlow, set_up
-from vibroscope.engine.drivers.parameters import parameters_of
 from vibroscope.engine.kernels.accelerated import skip
 from vibroscope.engine.kernels.compile.options import uncompiled
 from vibroscope.engine.kernels.equations import motion
-from vibroscope.engine.kernels.equations.motion import joined_generator, pressed_generator, separated_generator
 from vibroscope.engine.kernels.event_driven import integrate, law_integrate, state
 from vibroscope.engine.kernels.time_stepping import linear_step, located, newmark
 
@@ -86,25 +83,6 @@ def test_a_loop_is_compiled_once_for_both_kinds_of_system(solver):
     known = list(loop.signatures)
     ended(WALLS[1], method)
     assert list(loop.signatures) == known
-
-
-@pytest.mark.parametrize("system", WALLS, ids=["plain", "general"])
-def test_the_motions_of_the_two_bodies_are_not_coupled(system):
-    p = parameters_of(system, 1.3, ExactPenalty(1e4, 20.0))
-    for generator in (separated_generator(p), pressed_generator(p), joined_generator(p)):
-        assert not generator[:2, 2:].any()
-        assert not generator[2:, :2].any()
-
-
-@pytest.mark.parametrize("method", [Reference(), ExactPenalty(1200.0, 5.0)], ids=["reference", "exact"])
-def test_no_start_moves_body_1(method):
-    """So the derivative of the motion has two columns and two rows of zeros."""
-    flow = LinearFlow(set_up(WALLS[1], 0.9, method))
-    y, jacobian, _ = flow.with_jacobian(flow.start((0.0, 0.0, 0.3, -0.4)), 3.0)
-    assert not y[:2].any()
-    assert not jacobian[:2].any()
-    assert not jacobian[:, :2].any()
-    assert jacobian[2:, 2:].any()
 
 
 @pytest.mark.parametrize("method", [Reference(), ExactPenalty(1200.0, 5.0)], ids=repr)
