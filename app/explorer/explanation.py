@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from vibroscope.app.explorer.compute import RunPair, SolverRun, compared_length, run_length
+from vibroscope.app.explorer.contact_count import contact_count, contact_share
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import shown_content, shown_text
 from vibroscope.app.explorer.method_words import force_text, words_of_method
-from vibroscope.app.explorer.present import TIME_POINTS, WINDOW
+from vibroscope.app.explorer.present import TIME_POINTS, WINDOW, contact_intervals
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import SOLVERS, Setting
 from vibroscope.app.runtime.number_text import print_value
@@ -22,7 +23,6 @@ from vibroscope.engine import (
     Method,
     Motion,
     Response,
-    System,
     Units,
     Verdict,
     compare,
@@ -37,7 +37,7 @@ from vibroscope.engine.divergence.alone import Alone, Curve
 from vibroscope.engine.divergence.sentences import change_of
 from vibroscope.engine.divergence.verdict import agreement
 from vibroscope.engine.facts import Statement, message_of, sentence, stated
-from vibroscope.engine.motions.words import of_section, stays_apart
+from vibroscope.engine.motions.words import of_section
 
 _WITHOUT_IMPACTS = {  # by the share of contact
     0.0: "Nothing touches: the bodies move as if they were alone.",
@@ -170,15 +170,13 @@ def explain(
         judged = getattr(found, name)
         if judged is not None and judged is not getattr(comparison, name):
             on_judged(name, judged)
-    # of a free vibration the words count its contacts in the periods that are shown
-    kinds = {name: getattr(runs, name).motion if comparison.is_free else getattr(found, name) for name in SOLVERS}
     difference = comparison.difference if comparison.parts and math.isfinite(comparison.difference.total) else None
     in_step = ("total", *PARTS) if comparison.pointwise else ()
     change, limit = _takeable(_change_texts(found.change, setting), setting)
     return Explanation(
         headline=found.headline + _shift_note(comparison) + limit,
         agree=found.agree,
-        kinds=motion_texts(setting, kinds),
+        kinds=motion_texts(runs, {name: getattr(found, name) for name in SOLVERS}),
         measure=_MEASURES[difference.measure] if difference else "",
         parts={"total": difference.total, **difference.parts} if difference else {},
         note=_parts_note(difference),
@@ -322,8 +320,11 @@ def _describe_run(run: SolverRun, scale: Units | None) -> tuple[str, str]:
     if not run.response.ok:
         return "No result.", f"{shown_text(sentence(run.response.message), scale)} {how}".strip()
     method = run.response.method
-    repeats = of_section(repetition(run.motion), run.motion.period, method.has_step)
-    words = shown_text(_motion_text(run.motion, method, run.response.system, repeats), scale)
+    if run.response.system.excitation.drives:
+        repeats = of_section(repetition(run.motion), run.motion.period, method.has_step)
+        words = shown_text(_motion_text(run.motion, method, repeats), scale)
+    else:
+        words = _free_text(run)
     force = scale and force_text(scale, run.response.eta, run.motion, run.response.method)
     return words, " ".join(filter(None, (sentence(force) if force else "", how)))
 
@@ -338,26 +339,29 @@ def _stepping_text(response: Response) -> str:
     return f"By {words}{'; ' + said if said else ''}."
 
 
-def _free_text(found: Motion, method: Method) -> str:
-    number = counted(WINDOW * found.impacts_per_period, "impact" if method.rigid else "contact")
-    if stays_apart(found):
+def _free_text(run: SolverRun) -> str:
+    """What the figures show of a free vibration."""
+    spans = contact_intervals(run)
+    if not len(spans["left"]):
         return f"Free vibration. {_WITHOUT_IMPACTS[0.0]}"
-    return f"Free vibration. {number} in {WINDOW} periods T, in contact {percent(found.contact_share)} of that time."
+    number = contact_count(**spans, length=WINDOW, rigid=run.response.method.rigid)
+    share = contact_share(**spans, length=WINDOW)
+    return f"Free vibration. {number} in {WINDOW} periods T, in contact {share} of that time."
 
 
-def motion_texts(setting: Setting, motions: Mapping[str, Motion | None]) -> dict[str, str | Statement]:
-    """The motions of the ``reference`` and the ``penalty`` model in words, as far as they are known."""
+def motion_texts(runs: RunPair, motions: Mapping[str, Motion | None]) -> dict[str, str | Statement]:
+    """The motions of the ``reference`` and the ``penalty`` model in words, as far as they are known.
+
+    Of a free vibration those of the periods that are shown.
+    """
+    if not runs.setting.system.excitation.drives:
+        return {name: _free_text(run) for name in SOLVERS if (run := getattr(runs, name)).response.ok}
     known = {name: found for name, found in motions.items() if found is not None}
-    return {
-        name: _motion_text(found, getattr(setting, name), setting.system, repetition(found))
-        for name, found in known.items()
-    }
+    return {name: _motion_text(found, getattr(runs.setting, name), repetition(found)) for name, found in known.items()}
 
 
-def _motion_text(found: Motion, method: Method, system: System, repeats: str | Statement) -> str | Statement:
+def _motion_text(found: Motion, method: Method, repeats: str | Statement) -> str | Statement:
     """How a motion ``repeats`` itself, its impacts per period, and its share of contact."""
-    if not system.excitation.drives:
-        return _free_text(found, method)
     if found.impacts_per_period == 0 and found.contact_share in (0.0, 1.0):
         return sentence(repeats) + f" {_WITHOUT_IMPACTS[found.contact_share]}"
     rate = counted(found.impacts_per_period, "impact" if method.rigid else "contact")

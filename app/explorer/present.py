@@ -30,7 +30,7 @@ _EMPTY = np.empty(0, np.float32)
 
 def present(runs: RunPair) -> dict[str, Columns]:
     """Columns of every source that a move changes, by the name of the source, in the units of the setting."""
-    parts = {"phase": _orbit, "section": _section, "strip": _contact_intervals, "force": _force, "impulse": _impulses}
+    parts = {"phase": _orbit, "section": _section, "strip": contact_intervals, "force": _force, "impulse": _impulses}
     solvers = {"reference": runs.reference, "penalty": runs.penalty}
     columns = {"displacements": _displacements(runs)}
     columns |= {f"{name}_{solver}": part(run) for name, part in parts.items() for solver, run in solvers.items()}
@@ -155,7 +155,7 @@ def _section(run: SolverRun) -> Columns:
     return as_float32({"eta": eta, "x1": x1, "v1": v1, "x2": x2, "v2": v2})
 
 
-def _contact_intervals(run: SolverRun) -> Columns:
+def contact_intervals(run: SolverRun) -> Columns:
     """Intervals in contact within the window, in periods; an impact of the reference has length zero."""
     if not run.response.ok:
         return {"left": _EMPTY, "right": _EMPTY}

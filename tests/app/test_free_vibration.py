@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer.compute import TRACE_PERIODS, compute_runs
-from vibroscope.app.explorer.explanation import explain
+from vibroscope.app.explorer.explanation import describe, explain
 from vibroscope.app.explorer.parameters import START_FIELDS
+from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.presets import shelf
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.page.bifurcation.tab import Bifurcation
+from vibroscope.app.page.explore.figures import MotionView
 from vibroscope.app.page.shared.figure import time_label
 from vibroscope.app.page.study.basin import Basins
 from vibroscope.app.page.study.plane import Plane
@@ -178,6 +180,24 @@ def test_explore_shows_the_periods_in_which_a_throw_from_afar_meets():
     assert runs.reference.response.periods > runs.reference.response.keep == runs.penalty.response.keep == 2
     assert len(runs.reference.response.impacts) == 1
     assert time_label(setting) == "time t / s in periods 11 to 12"
+
+
+def test_contacts_that_the_window_cuts_are_counted_and_named():
+    """The thrown body touches at the start; after two periods of η = 1.8 another contact has just begun."""
+    for eta, contacts in (
+        (1.8, "3 contacts (one from the start on, one until the end)"),
+        (3.0, "2 contacts (one from"),
+    ):
+        runs = compute_runs(FREE._replace(eta=eta, units="none"))
+        described, figures = describe(runs), MotionView()
+        assert f"Free vibration. {contacts}" in described.penalty[0]
+        for source, columns in present(runs).items():
+            figures.write(source, columns)
+        figures.update(runs.setting, fresh=True)
+        title = figures.figures["strip"].title.text
+        for solver, text in (("reference", described.reference[0]), ("penalty", described.penalty[0])):
+            number = re.search(r"Free vibration\. (.*) in 2 periods T, in contact (.* %)", text)
+            assert f"{solver} {number[1]}, {number[2]} of the time" in title
 
 
 def test_a_search_without_a_drive_points_to_one_contact(capsys, tmp_path):

@@ -10,6 +10,7 @@ import numpy as np
 from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource, FactorRange, Glyph, HBar, LegendItem, Line, Scatter, Segment
 from bokeh.plotting import figure
+from vibroscope.app.explorer.contact_count import contact_count, contact_share
 from vibroscope.app.explorer.field_units import unit_of
 from vibroscope.app.explorer.present import WINDOW, Columns, unit_factor
 from vibroscope.app.explorer.state import Setting
@@ -38,7 +39,6 @@ from vibroscope.app.page.shared.figure import (
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.ranges import extent, fitted_range
 from vibroscope.app.page.shared.seen import amount, amplitude, apart, largest, of_both, say
-from vibroscope.engine import counted, percent
 from vibroscope.engine.facts import Statement, joined, stated
 
 _STATE = ("x1", "v1", "x2", "v2")
@@ -354,8 +354,9 @@ class MotionView(Curves):
 
         def words(solver: str) -> str:
             spans = self.sources[f"strip_{solver}"].data
-            share = float((spans["right"] - spans["left"]).sum()) / (WINDOW * setting.period)
-            return f"{solver} {counted(len(spans['left']), 'contact')}, {percent(share)} of the time"
+            length = WINDOW * setting.period
+            number = contact_count(**spans, length=length, rigid=solver == "reference")
+            return f"{solver} {number}, {contact_share(**spans, length=length)} of the time"
 
         return "; ".join(map(words, SOLUTIONS))
 

@@ -246,7 +246,7 @@ class YourCode(StudyView):
         described = describe(result.runs)
         texts = {"penalty": described.penalty[0], "reference": described.reference[0]}
         if result.judged:
-            known = motion_texts(setting, result.judged[0].outcome.motions)  # with evidence
+            known = motion_texts(result.runs, result.judged[0].outcome.motions)  # with evidence
             texts |= known
         lines += [["Penalty", texts["penalty"]], ["Reference", texts["reference"]]]
         if result.judged:
