@@ -69,6 +69,11 @@ class MeasuredFile:
             self._parsed = key, found
         return self._parsed[1]
 
+    @property
+    def in_units(self) -> bool:
+        """Whether its numbers have units, as far as it has been read."""
+        return self._parsed is None or self._parsed[1].physical
+
 
 def judge_file(
     question: tuple[MeasuredFile, Setting, tuple[str, ...]], deliver: Callable[[Answer, object], None]

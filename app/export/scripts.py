@@ -81,13 +81,13 @@ print("change first:", answer.change or "nothing")
 """
 
 
-def as_command(setting: Setting, measured: str = "", columns: str = "") -> str:
+def as_command(setting: Setting, measured: str = "", columns: str = "", in_units: bool = True) -> str:
     """The runs of the page as shell commands; constants other than the paper's go into a file that the commands read.
 
     ``measured`` is the name of the file of a measurement, which is compared, too, and ``columns`` says which of its
-    columns is what, where it does not say so itself.
+    columns is what, where it does not say so itself, and ``in_units`` whether its numbers have units.
     """
-    file, options = _file_and_options(setting, bool(measured))
+    file, options = _file_and_options(setting, bool(measured) and in_units)
     periods = "".join(f" --{name} {number}" for name, number in _length(setting).items())
     eta = print_number(setting.eta)
     reference, newmark = (penalty_options(method) for method in (setting.reference, setting.penalty))
@@ -164,7 +164,7 @@ for run in (found.reference, found.penalty):
 
 def load_command(setting: Setting, asked: LoadQuestion) -> str:
     """``vibroscope transient`` of a setting."""
-    file, options = _file_and_options(setting, isinstance(asked.source, RecordFile))
+    file, options = _file_and_options(setting, isinstance(asked.source, RecordFile) and asked.source.in_units)
     source, what = asked.source, "base" if asked.source.on == "base" else "force"
     if isinstance(source, Pulse):
         numbers = ",".join(print_number(value) for value in source.numbers if value is not None)
@@ -179,7 +179,7 @@ def load_command(setting: Setting, asked: LoadQuestion) -> str:
 def _file_and_options(setting: Setting, reads: bool = False) -> tuple[str, str]:
     """A command that writes the system file, and the options for file, units and start.
 
-    ``reads``: whether the command reads a file, in which columns may have units.
+    ``reads``: whether the command reads a file whose numbers have units.
     """
     units = Units(setting.omega1, setting.m1, setting.amplitude)
     file, options = _system_file(setting.system, units if setting.scale or (reads and units != Units()) else None)
