@@ -20,7 +20,7 @@ class Change:
     left : float
         What the run with exactly this change leaves of the difference, relative to the reference.
     robust : float
-        The median of what values within 10 % leave, by which the change counts; ``left`` for a choice.
+        The median of what it and its neighbours on the grid leave, by which the change counts; ``left`` for a choice.
     method : TimeStepping, ExactPenalty or None
         What was run: the exact penalty solution stands for no time step, None for no joint damping of its own.
     difference : Difference or None

@@ -13,7 +13,7 @@ from vibroscope.engine.divergence.conditions import Conditions, stay_together
 from vibroscope.engine.divergence.encounters import delivered_restitution
 from vibroscope.engine.divergence.grid import run_again
 from vibroscope.engine.divergence.parts import Difference
-from vibroscope.engine.divergence.search import joint_damping_part
+from vibroscope.engine.divergence.search import NEIGHBOURS, joint_damping_part
 from vibroscope.engine.divergence.tolerances import (
     AS_ASKED,
     CLOSE_CURVE,
@@ -200,7 +200,7 @@ def _nothing_sentence(comparison: Comparison, found: Alone, blame: Blame) -> str
         f" The joint damping alone, which the penalty model lacks, makes {percent(part)}." if part > SAME_CURVE else ""
     )
     if best is None or best.left >= found.total:
-        return f"No K, D or time step that was tried leaves less together with those within 10 %.{of_model}"
+        return f"No K, D or time step that was tried leaves less together with {NEIGHBOURS}.{of_model}"
     does = "mends" if best.robust <= found.total / 2 else "halves"
     return stated("No number alone {} it: at best {}.{}", does, _best_text(comparison, best), of_model)
 
