@@ -41,6 +41,7 @@ from vibroscope.engine.divergence.parts import (
     PerSolution,
     Regularisation,
     TimeStepParts,
+    described,
     difference_series,
     known,
     part_names,
@@ -48,7 +49,6 @@ from vibroscope.engine.divergence.parts import (
     split_time_step,
 )
 from vibroscope.engine.divergence.tolerances import CHANCE
-from vibroscope.engine.drivers.section import period_of
 from vibroscope.engine.methods import Reference, TimeStepping
 from vibroscope.engine.model import DISPLACEMENTS, System, check_eta
 from vibroscope.engine.motions.description import Motion, describe
@@ -456,11 +456,9 @@ def compare(
     """
     runs = _settled_runs(question, responses, cancelled)
     system, per_period = question.system, question.per_period
-    late = runs.reference.ok and period_of(runs.reference.section) > question.keep // 2  # to be in step with
-    known = PerSolution(None, None, None, 0 if late else None)
-    if not system.excitation.drives:  # what comes to rest repeats its section, and not what led there
-        known = PerSolution(0, 0, 0, 0)
-    motions = PerSolution(*(describe(run, period) for run, period in zip(runs, known, strict=True)))
+    motions = PerSolution(*map(described, runs))
+    if motions.reference.period > question.keep // 2:  # too late to be in step with
+        motions = motions._replace(reference=describe(runs.reference, 0))
     # a reference that repeats itself only nearly has no time step that scatters it: nothing stays in phase with it
     pointwise = bool(motions.reference.period) and all(described.near_period for described in motions)
     if not system.excitation.drives:
