@@ -5,12 +5,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vibroscope.app.explorer.compute import RunPair, SolverRun, compared_length, run_length
+from vibroscope.app.explorer.compute import RunPair, SolverRun, run_length
 from vibroscope.app.explorer.contact_count import contact_count, contact_share
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import shown_content, shown_text
 from vibroscope.app.explorer.method_words import force_text, words_of_method
-from vibroscope.app.explorer.present import TIME_POINTS, WINDOW, contact_intervals
+from vibroscope.app.explorer.present import contact_intervals, time_grid
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import SOLVERS, Setting
 from vibroscope.app.runtime.number_text import print_value
@@ -99,7 +99,7 @@ class Explanation:
     details : tuple of str or Statement
         The numbers behind the headline.
     series : dict of str to (2, n) ndarray
-        The difference of ξ₁ and ξ₂, and its parts, over the ``WINDOW`` periods that are shown, evenly spaced, both
+        The difference of ξ₁ and ξ₂, and its parts, over the periods that are shown, evenly spaced, both
         ends included; empty where the motions are not in phase, so that a difference at an instant means nothing.
     alone : dict or None
         The difference over each number alone, :func:`alone_facts`; None where there is nothing to search for.
@@ -140,8 +140,6 @@ def explain(
     """
     setting = runs.setting
     start = setting.system, setting.eta, setting.initial
-    length = compared_length(*start)
-    known = [run.response for run in (runs.reference, runs.penalty)] if length == run_length(*start) else []
     try:
         comparison = compare(
             ComparisonQuestion(
@@ -150,9 +148,9 @@ def explain(
                 setting.penalty,
                 reference=setting.reference,
                 initial=setting.initial,
-                **length,
+                **run_length(*start),
             ),
-            responses=known,
+            responses=[run.response for run in (runs.reference, runs.penalty)],
             cancelled=cancelled,
         )
     except ValueError as error:  # a law without a solution in closed form has no parts
@@ -182,7 +180,7 @@ def explain(
         note=_parts_note(difference),
         change=change,
         details=found.details,
-        series={name: _shown_periods(comparison, getattr(comparison.parts, name)[:2]) for name in in_step},
+        series={name: _shown_periods(runs, comparison, getattr(comparison.parts, name)[:2]) for name in in_step},
         alone=found.alone and alone_facts(found.alone, setting),
     )
 
@@ -262,16 +260,12 @@ def _shift_note(comparison: Comparison) -> str:
     return f" They are drawn {counted(shift, 'period')} apart, and compared in step." if shift else ""
 
 
-def _shown_periods(comparison: Comparison, rows: np.ndarray) -> np.ndarray:
-    """The ``WINDOW`` periods of the figures, (2, n), of rows that are sampled over all kept periods.
-
-    They are the last ones; of a free vibration the first ones, since it is compared over longer than it is shown.
-    """
-    count = WINDOW * (rows.shape[1] // comparison.parts.periods)
-    part = rows[:, :count] if comparison.is_free else rows[:, -count:]
-    old = np.arange(count) * WINDOW / count
-    new = np.linspace(0, WINDOW, TIME_POINTS)
-    return np.stack([np.interp(new, old, row) for row in part]).astype(np.float32)
+def _shown_periods(runs: RunPair, comparison: Comparison, rows: np.ndarray) -> np.ndarray:
+    """The last periods, those of the figures, (2, n), of rows that are sampled over all kept periods."""
+    window = runs.reference.window
+    count = window * (rows.shape[1] // comparison.parts.periods)
+    old, new = np.arange(count) * window / count, time_grid(window)
+    return np.stack([np.interp(new, old, row) for row in rows[:, -count:]]).astype(np.float32)
 
 
 def _change_texts(change: dict[str, float | bool | str], setting: Setting) -> dict[str, str]:
@@ -344,9 +338,9 @@ def _free_text(run: SolverRun) -> str:
     spans = contact_intervals(run)
     if not len(spans["left"]):
         return f"Free vibration. {_WITHOUT_IMPACTS[0.0]}"
-    number = contact_count(**spans, length=WINDOW, rigid=run.response.method.rigid)
-    share = contact_share(**spans, length=WINDOW)
-    return f"Free vibration. {number} in {WINDOW} periods T, in contact {share} of that time."
+    number = contact_count(**spans, length=run.window, rigid=run.response.method.rigid)
+    share = contact_share(**spans, length=run.window)
+    return f"Free vibration. {number} in {run.window} periods T, in contact {share} of that time."
 
 
 def motion_texts(runs: RunPair, motions: Mapping[str, Motion | None]) -> dict[str, str | Statement]:

@@ -10,13 +10,13 @@ from shlex import quote
 from textwrap import indent
 
 from vibroscope import engine
-from vibroscope.app.explorer.compute import compared_length, run_length
+from vibroscope.app.explorer.compute import run_length
 from vibroscope.app.explorer.parameters import FIELDS, STEPPING_FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import units_table
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.load import LoadQuestion, Pulse, RecordFile
-from vibroscope.app.studies.peaks import PER_PERIOD, PERIODS
+from vibroscope.app.studies.peaks import record_of
 from vibroscope.app.studies.speed import SpeedQuestion
 from vibroscope.engine import (
     ExactPenalty,
@@ -39,7 +39,7 @@ def as_python(setting: Setting) -> str:
     """A script that runs both solvers as the page did, and compares them."""
     p = setting.penalty
     start = "" if setting.from_rest else f", initial={setting.initial}"
-    length = compared_length(setting.system, setting.eta, setting.initial)
+    length = run_length(setting.system, setting.eta, setting.initial)
     start += "".join(f", {name}={periods}" for name, periods in length.items())
     runs = f"""system = {_system(setting.system)}
 reference = simulate(system, {setting.eta!r}, {method_python(setting.reference)}{start})
@@ -109,7 +109,8 @@ def peaks_python(setting: Setting) -> str:
     length = _length(setting)
     how = "" if setting.from_rest else f", initial={setting.initial}"
     how += "".join(f", {name}={periods}" for name, periods in length.items())
-    record = f"record=Record({length.get('keep', PERIODS)}, {PER_PERIOD})"
+    sampled = record_of(length)
+    record = f"record=Record({sampled.periods}, {sampled.per_period})"
     calls = {
         solver: f"peaks(simulate(system, {setting.eta!r}, {method_python(method)}, {record}{how}))"
         for solver, method in setting.methods.items()

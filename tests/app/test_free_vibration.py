@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 from vibroscope.app.commands.cli import main
-from vibroscope.app.explorer.compute import TRACE_PERIODS, compute_runs
+from vibroscope.app.explorer.compute import SHOWN_PERIODS, compute_runs
 from vibroscope.app.explorer.explanation import describe, explain
 from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.present import present
@@ -256,12 +256,12 @@ def test_a_drop_whose_periods_are_short_is_compared_up_to_its_second_contact(cap
 
 
 def test_the_page_compares_a_free_vibration_over_as_many_periods_as_the_command(capsys, tmp_path):
-    """Where a period is short beside a flight: two of them, which the figures show, hold one contact at most."""
+    """Where a period is short beside a flight two of them hold one contact at most: the figures show them all."""
     short = FREE._replace(eta=4 * FREE.eta)
     runs = compute_runs(short)
     found = explain(runs)
     words = re.search(r"in the first (\d+) periods T .* differ by (\S+ %)", str(found.headline))
-    assert int(words[1]) > TRACE_PERIODS
+    assert int(words[1]) > SHOWN_PERIODS
     (tmp_path / "free.toml").write_text(system_text(short.system))
     *_, command = as_command(short._replace(units="none")).splitlines()
     assert main(re.sub(r"--system \S+", f"--system {tmp_path / 'free.toml'}", command).split()[1:]) == 0
@@ -274,4 +274,8 @@ def test_the_page_compares_a_free_vibration_over_as_many_periods_as_the_command(
     assert of_tab.judged[0].outcome.total == pytest.approx(found.parts["total"])  # what is set, among the rules
     drawn = found.series["total"][0]
     assert np.abs(drawn).max() == pytest.approx(np.abs(apart).max(), rel=0.05)
-    assert f"in {TRACE_PERIODS} periods T" in str(found.kinds["reference"])
+    assert f"in {words[1]} periods T" in str(found.kinds["reference"])
+    columns = present(runs)
+    assert columns["displacements"]["t"][-1] == pytest.approx(int(words[1]) * short.period)
+    assert len(columns["strip_penalty"]["left"]) >= 2
+    assert time_label(short) == f"time t / s in the first {words[1]} periods"
