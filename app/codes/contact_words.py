@@ -56,6 +56,7 @@ _BOUNDS = {
     "percent": (0.0, 1e6),
     "damping_ratio": (0.0, 1e4),
     "damping_per_area": (0.0, 1e20),
+    "s/m": (0.0, 1e20),
 }
 _SI_UNITS = {  # of a quantity over the contact area, which the model does not have
     "stiffness_per_area": "N/m³",

@@ -27,6 +27,10 @@ PHYSICAL = Code(
 )
 
 
+class Unsaid(ValueError):
+    """The words of a code cannot say a contact."""
+
+
 @dataclass(frozen=True)
 class Written:
     """A contact in words of the other code.
@@ -83,7 +87,7 @@ class Translation:
     unsaid : tuple of str
         What the target cannot say, and what it has that the source does not say.
     left_out : tuple of str
-        Ways of the target for which a number is not given.
+        Ways of the target for which a number is not given, or out of their range.
     """
 
     source: Code
@@ -140,7 +144,7 @@ def translate(source: Code, given: Mapping[str, str], target: Code, around: Arou
     for each in _writable(target):
         try:
             found.append(_write(each, contact, around, same, (source.name, target.name)))
-        except Missing as problem:
+        except (Missing, Unsaid) as problem:
             left_out[" and ".join(each.words)] = problem
     if not found:
         raise next(iter(left_out.values()), ValueError(f"{target.name} has no words for a contact"))
@@ -206,7 +210,7 @@ def _write(form: Form, contact: Contact, around: Around, same: str, names: tuple
         e = contact.restitution_at(around)
         fitted = fitted.with_restitution(e, around)
         changed.append(f"c is another: it gives the same restitution, {written(e)}")
-    words, after = form.write(fitted, around), _restitution(fitted, around)
+    words, after = _readable(form, form.write(fitted, around), around), _restitution(fitted, around)
     if fitted.restitution is not None:  # words that are made for one may give another
         asked, after = after, _given(form, words, around)
         made_for = asked
@@ -221,6 +225,17 @@ def _write(form: Form, contact: Contact, around: Around, same: str, names: tuple
     if form.law != contact.law and contact.restitution is None:
         changed.append(_other_law(form.law, contact, names, _restitution(contact, around), after))
     return Written(form, fitted, words, after, tuple(changed))
+
+
+def _readable(form: Form, words: dict[str, str], around: Around) -> dict[str, str]:
+    """The words; raises `Unsaid` where they would be refused if they were read."""
+    try:
+        form.read(words, around)
+    except Missing:  # what it says of the contact depends on more than the words
+        return words
+    except ValueError as problem:
+        raise Unsaid(f"this contact is beyond these words: {problem}") from None
+    return words
 
 
 def _given(form: Form, words: Mapping[str, str], around: Around) -> float | None:

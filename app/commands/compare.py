@@ -56,6 +56,7 @@ from vibroscope.engine import (
     written,
 )
 from vibroscope.engine.divergence.alone import Alone, Curve
+from vibroscope.engine.divergence.search import NEIGHBOURS
 from vibroscope.engine.divergence.tolerances import WORKS
 from vibroscope.engine.facts import joined
 from vibroscope.engine.methods import METHOD_NUMBERS
@@ -82,8 +83,8 @@ def alone_lines(found: Alone | None, eta: float, method: Method, units: Units | 
         for row in rows:
             cells = [cell.rjust(width) for cell, width in zip(row, widths, strict=False) if width]
             lines.append("  ".join([*cells, row[-1]]).rstrip())
-    middle = f"At best: the middle of the values that leave at most {WORKS} times the least, by the median of those"
-    lines += ["", middle, "within 10 % of each; of fewer steps only those that resolve a contact."]
+    middle = f"At best: the middle of the values that leave at most {WORKS} times the least, by the median of"
+    lines += ["", middle, f"{NEIGHBOURS} of each; of fewer steps only those that resolve a contact."]
     if found.floor > _LEAST:
         lines += ["", f"The joint damping makes {percent(found.floor)}: no K, D or step mends that."]
     return lines
@@ -92,7 +93,7 @@ def alone_lines(found: Alone | None, eta: float, method: Method, units: Units | 
 def _rows(found: Alone, curve: Curve) -> Iterator[tuple[float, str, str]]:
     """Value, what it leaves, and marks, by ascending values; inf steps are none."""
     left = dict(zip(curve.values.tolist(), curve.left.tolist(), strict=True))
-    better = "" if curve.best is not None else "; no value leaves less together with those within 10 %"
+    better = "" if curve.best is not None else f"; no value leaves less together with {NEIGHBOURS}"
     marks: dict[float, list[str]] = {curve.present: [f"present{better}"]}
     left[curve.present] = found.total
     if curve.best is not None:

@@ -35,11 +35,12 @@ from vibroscope.engine import (
 # Periods in the phase plots, at most: the whole cycle of a shorter motion, or so many of one that does not repeat.
 ORBIT_PERIODS = 12
 _ORBIT_SAMPLES = 1000
-TRACE_PERIODS = 2
+SHOWN_PERIODS = 2  # in the figures over time: the last ones of a motion that lasts
 # Samples per period. The reference is smooth between its events, which it lists.
 # The shortest contact of the penalty model (half a period of √(K(1+1/μ)) at K = 10⁵, η = 0.5) lasts T/1850: this number
 # leaves four samples in it even there, and finds its peak within 8 %.
 _SAMPLES, _SAMPLES_OF_STEPS = 1000, 8000
+_FEWEST_SAMPLES = 100  # where so many periods are shown that there are fewer in each
 
 Start = tuple[float, float, float, float]  # ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0
 CancelCheck = Callable[[], bool]
@@ -59,7 +60,7 @@ class SolverRun:
     motion : Motion or None
         The kind of motion; None, like the trajectories, where the run diverged.
     trace : Trajectory or None
-        Fine samples of the last `TRACE_PERIODS` periods.
+        Fine samples of the last `window` periods.
     orbit : Trajectory or None
         The cycle that the phase plots show.
     """
@@ -68,6 +69,11 @@ class SolverRun:
     motion: Motion | None
     trace: Trajectory | None
     orbit: Trajectory | None
+
+    @property
+    def window(self) -> int:
+        """Periods in the figures over time, the last ones: of a free vibration all that are kept and compared."""
+        return SHOWN_PERIODS if self.response.system.excitation.drives else self.response.keep
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,21 +101,18 @@ def cached_runs(setting: Setting, cache: Cache = _CACHE) -> RunPair | None:
 
 
 def run_length(system: System, eta: float, initial: Start) -> dict[str, int]:
-    """Periods to run and to keep: of a free vibration those of its first contact, else those of `simulate`."""
+    """Periods to run and to keep: of a free vibration up to its second contact, as `compare` does, else no others."""
     return {} if system.excitation.drives else dict(_free_length(system, eta, initial))
 
 
-def compared_length(system: System, eta: float, initial: Start) -> dict[str, int]:
-    """Periods over which both runs are compared: of a free vibration up to its second contact, as `compare` does.
-
-    They begin with those that `run_length` keeps, of which figures show `TRACE_PERIODS`.
-    """
-    return {} if system.excitation.drives else dict(_free_length(system, eta, initial, contacts=2))
+def shown_periods(setting: Setting) -> int:
+    """`SolverRun.window` of the runs of a setting."""
+    return run_length(setting.system, setting.eta, setting.initial).get("keep", SHOWN_PERIODS)
 
 
 @lru_cache(maxsize=64)
-def _free_length(system: System, eta: float, initial: Start, contacts: int = 1) -> dict[str, int]:
-    return free_length(system, eta, initial, contacts=contacts)
+def _free_length(system: System, eta: float, initial: Start) -> dict[str, int]:
+    return free_length(system, eta, initial)
 
 
 def free_text(system: System, eta: float, initial: Start) -> str:
@@ -126,21 +129,28 @@ def _compute_run(
     initial: Start,
     cancelled: CancelCheck | None,
 ) -> SolverRun:
-    record = Record(TRACE_PERIODS, _SAMPLES_OF_STEPS if method.has_step else _SAMPLES)
-    options = run_length(system, eta, initial) | {"initial": initial, "record": record, "cancelled": cancelled}
+    length = run_length(system, eta, initial)
+    window = length.get("keep", SHOWN_PERIODS)
+    samples = (_SAMPLES_OF_STEPS if method.has_step else _SAMPLES) * SHOWN_PERIODS // window
+    record = Record(window, max(_FEWEST_SAMPLES, samples))
+    options = length | {"initial": initial, "record": record, "cancelled": cancelled}
     response = simulate(system, eta, method, **options)
     if not response.ok:
         return SolverRun(response, None, None, None)
     found = motion(response)
     trace, response = response.trajectory, replace(response, trajectory=None)
-    return SolverRun(response, found, trace, _orbit(response, trace, found.period, cancelled))
+    run = SolverRun(response, found, trace, None)
+    return replace(run, orbit=_orbit(run, cancelled))
 
 
-def _orbit(response: Response, trace: Trajectory, period: int, cancelled: CancelCheck | None) -> Trajectory:
-    """The last cycle. Most cycles are part of the trace; a longer one is computed again, with samples."""
-    periods = min(period or ORBIT_PERIODS, ORBIT_PERIODS, response.keep)
-    if periods <= TRACE_PERIODS:
-        per_period = (len(trace.time) - 1) // TRACE_PERIODS
+def _orbit(run: SolverRun, cancelled: CancelCheck | None) -> Trajectory:
+    """The last cycle, or all of a free vibration. Most are part of the trace; a longer one is computed again."""
+    response, trace, window = run.response, run.trace, run.window
+    periods = window
+    if response.system.excitation.drives:
+        periods = min(run.motion.period or ORBIT_PERIODS, ORBIT_PERIODS, response.keep)
+    if periods <= window:
+        per_period = (len(trace.time) - 1) // window
         return _tail(trace, periods * per_period, max(1, per_period // _ORBIT_SAMPLES))
     again = simulate(
         response.system,

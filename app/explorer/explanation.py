@@ -5,11 +5,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vibroscope.app.explorer.compute import RunPair, SolverRun, compared_length, run_length
+from vibroscope.app.explorer.compute import RunPair, SolverRun, run_length
+from vibroscope.app.explorer.contact_count import contact_count, contact_share
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.field_units import shown_content, shown_text
 from vibroscope.app.explorer.method_words import force_text, words_of_method
-from vibroscope.app.explorer.present import TIME_POINTS, WINDOW
+from vibroscope.app.explorer.present import contact_intervals, time_grid
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import SOLVERS, Setting
 from vibroscope.app.runtime.number_text import print_value
@@ -22,7 +23,6 @@ from vibroscope.engine import (
     Method,
     Motion,
     Response,
-    System,
     Units,
     Verdict,
     compare,
@@ -37,7 +37,7 @@ from vibroscope.engine.divergence.alone import Alone, Curve
 from vibroscope.engine.divergence.sentences import change_of
 from vibroscope.engine.divergence.verdict import agreement
 from vibroscope.engine.facts import Statement, message_of, sentence, stated
-from vibroscope.engine.motions.words import of_section, stays_apart
+from vibroscope.engine.motions.words import of_section
 
 _WITHOUT_IMPACTS = {  # by the share of contact
     0.0: "Nothing touches: the bodies move as if they were alone.",
@@ -99,7 +99,7 @@ class Explanation:
     details : tuple of str or Statement
         The numbers behind the headline.
     series : dict of str to (2, n) ndarray
-        The difference of ξ₁ and ξ₂, and its parts, over the ``WINDOW`` periods that are shown, evenly spaced, both
+        The difference of ξ₁ and ξ₂, and its parts, over the periods that are shown, evenly spaced, both
         ends included; empty where the motions are not in phase, so that a difference at an instant means nothing.
     alone : dict or None
         The difference over each number alone, :func:`alone_facts`; None where there is nothing to search for.
@@ -140,8 +140,6 @@ def explain(
     """
     setting = runs.setting
     start = setting.system, setting.eta, setting.initial
-    length = compared_length(*start)
-    known = [run.response for run in (runs.reference, runs.penalty)] if length == run_length(*start) else []
     try:
         comparison = compare(
             ComparisonQuestion(
@@ -150,9 +148,9 @@ def explain(
                 setting.penalty,
                 reference=setting.reference,
                 initial=setting.initial,
-                **length,
+                **run_length(*start),
             ),
-            responses=known,
+            responses=[run.response for run in (runs.reference, runs.penalty)],
             cancelled=cancelled,
         )
     except ValueError as error:  # a law without a solution in closed form has no parts
@@ -170,21 +168,19 @@ def explain(
         judged = getattr(found, name)
         if judged is not None and judged is not getattr(comparison, name):
             on_judged(name, judged)
-    # of a free vibration the words count its contacts in the periods that are shown
-    kinds = {name: getattr(runs, name).motion if comparison.is_free else getattr(found, name) for name in SOLVERS}
     difference = comparison.difference if comparison.parts and math.isfinite(comparison.difference.total) else None
     in_step = ("total", *PARTS) if comparison.pointwise else ()
     change, limit = _takeable(_change_texts(found.change, setting), setting)
     return Explanation(
         headline=found.headline + _shift_note(comparison) + limit,
         agree=found.agree,
-        kinds=motion_texts(setting, kinds),
+        kinds=motion_texts(runs, {name: getattr(found, name) for name in SOLVERS}),
         measure=_MEASURES[difference.measure] if difference else "",
         parts={"total": difference.total, **difference.parts} if difference else {},
         note=_parts_note(difference),
         change=change,
         details=found.details,
-        series={name: _shown_periods(comparison, getattr(comparison.parts, name)[:2]) for name in in_step},
+        series={name: _shown_periods(runs, comparison, getattr(comparison.parts, name)[:2]) for name in in_step},
         alone=found.alone and alone_facts(found.alone, setting),
     )
 
@@ -264,16 +260,12 @@ def _shift_note(comparison: Comparison) -> str:
     return f" They are drawn {counted(shift, 'period')} apart, and compared in step." if shift else ""
 
 
-def _shown_periods(comparison: Comparison, rows: np.ndarray) -> np.ndarray:
-    """The ``WINDOW`` periods of the figures, (2, n), of rows that are sampled over all kept periods.
-
-    They are the last ones; of a free vibration the first ones, since it is compared over longer than it is shown.
-    """
-    count = WINDOW * (rows.shape[1] // comparison.parts.periods)
-    part = rows[:, :count] if comparison.is_free else rows[:, -count:]
-    old = np.arange(count) * WINDOW / count
-    new = np.linspace(0, WINDOW, TIME_POINTS)
-    return np.stack([np.interp(new, old, row) for row in part]).astype(np.float32)
+def _shown_periods(runs: RunPair, comparison: Comparison, rows: np.ndarray) -> np.ndarray:
+    """The last periods, those of the figures, (2, n), of rows that are sampled over all kept periods."""
+    window = runs.reference.window
+    count = window * (rows.shape[1] // comparison.parts.periods)
+    old, new = np.arange(count) * window / count, time_grid(window)
+    return np.stack([np.interp(new, old, row) for row in rows[:, -count:]]).astype(np.float32)
 
 
 def _change_texts(change: dict[str, float | bool | str], setting: Setting) -> dict[str, str]:
@@ -322,8 +314,11 @@ def _describe_run(run: SolverRun, scale: Units | None) -> tuple[str, str]:
     if not run.response.ok:
         return "No result.", f"{shown_text(sentence(run.response.message), scale)} {how}".strip()
     method = run.response.method
-    repeats = of_section(repetition(run.motion), run.motion.period, method.has_step)
-    words = shown_text(_motion_text(run.motion, method, run.response.system, repeats), scale)
+    if run.response.system.excitation.drives:
+        repeats = of_section(repetition(run.motion), run.motion.period, method.has_step)
+        words = shown_text(_motion_text(run.motion, method, repeats), scale)
+    else:
+        words = _free_text(run)
     force = scale and force_text(scale, run.response.eta, run.motion, run.response.method)
     return words, " ".join(filter(None, (sentence(force) if force else "", how)))
 
@@ -338,26 +333,29 @@ def _stepping_text(response: Response) -> str:
     return f"By {words}{'; ' + said if said else ''}."
 
 
-def _free_text(found: Motion, method: Method) -> str:
-    number = counted(WINDOW * found.impacts_per_period, "impact" if method.rigid else "contact")
-    if stays_apart(found):
+def _free_text(run: SolverRun) -> str:
+    """What the figures show of a free vibration."""
+    spans = contact_intervals(run)
+    if not len(spans["left"]):
         return f"Free vibration. {_WITHOUT_IMPACTS[0.0]}"
-    return f"Free vibration. {number} in {WINDOW} periods T, in contact {percent(found.contact_share)} of that time."
+    number = contact_count(**spans, length=run.window, rigid=run.response.method.rigid)
+    share = contact_share(**spans, length=run.window)
+    return f"Free vibration. {number} in {run.window} periods T, in contact {share} of that time."
 
 
-def motion_texts(setting: Setting, motions: Mapping[str, Motion | None]) -> dict[str, str | Statement]:
-    """The motions of the ``reference`` and the ``penalty`` model in words, as far as they are known."""
+def motion_texts(runs: RunPair, motions: Mapping[str, Motion | None]) -> dict[str, str | Statement]:
+    """The motions of the ``reference`` and the ``penalty`` model in words, as far as they are known.
+
+    Of a free vibration those of the periods that are shown.
+    """
+    if not runs.setting.system.excitation.drives:
+        return {name: _free_text(run) for name in SOLVERS if (run := getattr(runs, name)).response.ok}
     known = {name: found for name, found in motions.items() if found is not None}
-    return {
-        name: _motion_text(found, getattr(setting, name), setting.system, repetition(found))
-        for name, found in known.items()
-    }
+    return {name: _motion_text(found, getattr(runs.setting, name), repetition(found)) for name, found in known.items()}
 
 
-def _motion_text(found: Motion, method: Method, system: System, repeats: str | Statement) -> str | Statement:
+def _motion_text(found: Motion, method: Method, repeats: str | Statement) -> str | Statement:
     """How a motion ``repeats`` itself, its impacts per period, and its share of contact."""
-    if not system.excitation.drives:
-        return _free_text(found, method)
     if found.impacts_per_period == 0 and found.contact_share in (0.0, 1.0):
         return sentence(repeats) + f" {_WITHOUT_IMPACTS[found.contact_share]}"
     rate = counted(found.impacts_per_period, "impact" if method.rigid else "contact")

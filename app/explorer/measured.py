@@ -9,10 +9,11 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.app.explorer.compute import SHOWN_PERIODS
 from vibroscope.app.explorer.field_units import shown_text
 from vibroscope.app.explorer.load_words import words_of_load
 from vibroscope.app.explorer.parameters import FIELDS
-from vibroscope.app.explorer.present import WINDOW, Columns, convert_units
+from vibroscope.app.explorer.present import Columns, convert_units
 from vibroscope.app.explorer.state import SOLVERS, Setting
 from vibroscope.app.runtime.job import Answer
 from vibroscope.app.runtime.number_text import print_number
@@ -68,6 +69,11 @@ class MeasuredFile:
             found = parse_measurement(self._content, units, self.columns, setting.eta, LARGEST_FILE, physical)
             self._parsed = key, found
         return self._parsed[1]
+
+    @property
+    def in_units(self) -> bool:
+        """Whether its numbers have units, as far as it has been read."""
+        return self._parsed is None or self._parsed[1].physical
 
 
 def judge_file(
@@ -269,9 +275,9 @@ def _folded(measurement: Measurement, eta: float, phase: float, *periods: int):
 
 def _in_window(turns: np.ndarray, values: np.ndarray, period: int) -> Columns:
     """Samples at these excitation periods, folded into the window of the figures, each of them once."""
-    time = np.mod(turns, period) + period * (np.arange(len(turns)) % max(1, WINDOW // period))
+    time = np.mod(turns, period) + period * (np.arange(len(turns)) % max(1, SHOWN_PERIODS // period))
     order = np.argsort(time, kind="stable")
-    order = order[time[order] <= WINDOW]
+    order = order[time[order] <= SHOWN_PERIODS]
     return {"t": time[order], "x1": values[0, order], "x2": values[1, order]}
 
 

@@ -14,9 +14,10 @@ from vibroscope.engine.motions.description import FEWEST_IN_CONTACT
 
 Columns = dict[str, np.ndarray]
 
-WINDOW = 2  # periods in the time figures
-TIME_POINTS = 401
-_FORCE_BINS = 400
+_TIME_POINTS = 200  # in a period of the displacements …
+_MOST_TIME_POINTS = 2000  # … and in all
+_FORCE_BINS = 200  # the same of the force
+_MOST_FORCE_BINS = 2000
 _POINTS_PER_PERIOD = 240
 _MOST_POINTS = 720  # of an orbit
 _POINTS_PER_CONTACT = 8
@@ -30,7 +31,7 @@ _EMPTY = np.empty(0, np.float32)
 
 def present(runs: RunPair) -> dict[str, Columns]:
     """Columns of every source that a move changes, by the name of the source, in the units of the setting."""
-    parts = {"phase": _orbit, "section": _section, "strip": _contact_intervals, "force": _force, "impulse": _impulses}
+    parts = {"phase": _orbit, "section": _section, "strip": contact_intervals, "force": _force, "impulse": _impulses}
     solvers = {"reference": runs.reference, "penalty": runs.penalty}
     columns = {"displacements": _displacements(runs)}
     columns |= {f"{name}_{solver}": part(run) for name, part in parts.items() for solver, run in solvers.items()}
@@ -73,7 +74,7 @@ def quantity_of(column: str) -> str | None:
 
 
 def _displacements(runs: RunPair) -> Columns:
-    grid = np.linspace(0.0, WINDOW, TIME_POINTS)
+    grid = time_grid(runs.reference.window)
     # The window starts at τ ≡ 0 (mod T), so the base moves as a cos(2πτ/T + φ).
     drive = runs.setting.system.excitation
     moved = (
@@ -90,6 +91,11 @@ def _displacements(runs: RunPair) -> Columns:
     return as_float32(columns)
 
 
+def time_grid(window: int) -> np.ndarray:
+    """The instants of the displacements, in periods since the start of the window of so many periods."""
+    return np.linspace(0.0, window, min(_TIME_POINTS * window, _MOST_TIME_POINTS) + 1)
+
+
 def _resample(grid: np.ndarray, run: SolverRun, what: str, row: int) -> np.ndarray:
     if run.trace is None:
         return np.full_like(grid, np.nan)
@@ -102,9 +108,9 @@ def _window_time(run: SolverRun) -> np.ndarray:
 
 
 def _window_start(run: SolverRun) -> float:
-    """τ at the start of the last two periods."""
+    """τ at the start of the periods that are shown."""
     period = 2 * np.pi / run.response.eta
-    return (run.response.checkpoint.periods + run.response.keep - WINDOW) * period
+    return (run.response.checkpoint.periods + run.response.keep - run.window) * period
 
 
 def _orbit(run: SolverRun) -> Columns:
@@ -155,7 +161,7 @@ def _section(run: SolverRun) -> Columns:
     return as_float32({"eta": eta, "x1": x1, "v1": v1, "x2": x2, "v2": v2})
 
 
-def _contact_intervals(run: SolverRun) -> Columns:
+def contact_intervals(run: SolverRun) -> Columns:
     """Intervals in contact within the window, in periods; an impact of the reference has length zero."""
     if not run.response.ok:
         return {"left": _EMPTY, "right": _EMPTY}
@@ -164,14 +170,14 @@ def _contact_intervals(run: SolverRun) -> Columns:
     if run.response.method.name == "reference":
         hits = (run.response.impacts.time - _window_start(run)) * scale
         spans = np.vstack([spans, np.column_stack([hits, hits])])
-    spans = spans[(spans[:, 1] >= 0) & (spans[:, 0] <= WINDOW)].clip(0, WINDOW)
+    spans = spans[(spans[:, 1] >= 0) & (spans[:, 0] <= run.window)].clip(0, run.window)
     return as_float32({"left": spans[:, 0], "right": spans[:, 1]})
 
 
 def _force(run: SolverRun) -> Columns:
     if run.trace is None:
         return {"t": _EMPTY, "force": _EMPTY}
-    time, force = envelope(_window_time(run), run.trace.force, _FORCE_BINS * WINDOW // 2)
+    time, force = envelope(_window_time(run), run.trace.force, min(_FORCE_BINS * run.window, _MOST_FORCE_BINS))
     if run.response.method.located:
         time, force = _with_short_contacts(run, time, force)
     return as_float32({"t": time, "force": force})
@@ -234,7 +240,7 @@ def _impulses(run: SolverRun) -> Columns:
         return {"t": _EMPTY, "impulse": _EMPTY}
     impacts = run.response.impacts
     time = (impacts.time - _window_start(run)) * run.response.eta / (2 * np.pi)
-    within = (time >= 0) & (time <= WINDOW)
+    within = (time >= 0) & (time <= run.window)
     if run.response.method.name != "reference":
         spans = run.response.contacts
         within &= ~np.isin(impacts.time, spans[spans[:, 1] >= run.response.window[1], 0])

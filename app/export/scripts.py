@@ -10,13 +10,13 @@ from shlex import quote
 from textwrap import indent
 
 from vibroscope import engine
-from vibroscope.app.explorer.compute import compared_length, run_length
+from vibroscope.app.explorer.compute import run_length
 from vibroscope.app.explorer.parameters import FIELDS, STEPPING_FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import units_table
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.load import LoadQuestion, Pulse, RecordFile
-from vibroscope.app.studies.peaks import PER_PERIOD, PERIODS
+from vibroscope.app.studies.peaks import record_of
 from vibroscope.app.studies.speed import SpeedQuestion
 from vibroscope.engine import (
     ExactPenalty,
@@ -39,7 +39,7 @@ def as_python(setting: Setting) -> str:
     """A script that runs both solvers as the page did, and compares them."""
     p = setting.penalty
     start = "" if setting.from_rest else f", initial={setting.initial}"
-    length = compared_length(setting.system, setting.eta, setting.initial)
+    length = run_length(setting.system, setting.eta, setting.initial)
     start += "".join(f", {name}={periods}" for name, periods in length.items())
     runs = f"""system = {_system(setting.system)}
 reference = simulate(system, {setting.eta!r}, {method_python(setting.reference)}{start})
@@ -81,13 +81,13 @@ print("change first:", answer.change or "nothing")
 """
 
 
-def as_command(setting: Setting, measured: str = "", columns: str = "") -> str:
+def as_command(setting: Setting, measured: str = "", columns: str = "", in_units: bool = True) -> str:
     """The runs of the page as shell commands; constants other than the paper's go into a file that the commands read.
 
     ``measured`` is the name of the file of a measurement, which is compared, too, and ``columns`` says which of its
-    columns is what, where it does not say so itself.
+    columns is what, where it does not say so itself, and ``in_units`` whether its numbers have units.
     """
-    file, options = _file_and_options(setting, bool(measured))
+    file, options = _file_and_options(setting, bool(measured) and in_units)
     periods = "".join(f" --{name} {number}" for name, number in _length(setting).items())
     eta = print_number(setting.eta)
     reference, newmark = (penalty_options(method) for method in (setting.reference, setting.penalty))
@@ -109,7 +109,8 @@ def peaks_python(setting: Setting) -> str:
     length = _length(setting)
     how = "" if setting.from_rest else f", initial={setting.initial}"
     how += "".join(f", {name}={periods}" for name, periods in length.items())
-    record = f"record=Record({length.get('keep', PERIODS)}, {PER_PERIOD})"
+    sampled = record_of(length)
+    record = f"record=Record({sampled.periods}, {sampled.per_period})"
     calls = {
         solver: f"peaks(simulate(system, {setting.eta!r}, {method_python(method)}, {record}{how}))"
         for solver, method in setting.methods.items()
@@ -164,7 +165,7 @@ for run in (found.reference, found.penalty):
 
 def load_command(setting: Setting, asked: LoadQuestion) -> str:
     """``vibroscope transient`` of a setting."""
-    file, options = _file_and_options(setting, isinstance(asked.source, RecordFile))
+    file, options = _file_and_options(setting, isinstance(asked.source, RecordFile) and asked.source.in_units)
     source, what = asked.source, "base" if asked.source.on == "base" else "force"
     if isinstance(source, Pulse):
         numbers = ",".join(print_number(value) for value in source.numbers if value is not None)
@@ -179,7 +180,7 @@ def load_command(setting: Setting, asked: LoadQuestion) -> str:
 def _file_and_options(setting: Setting, reads: bool = False) -> tuple[str, str]:
     """A command that writes the system file, and the options for file, units and start.
 
-    ``reads``: whether the command reads a file, in which columns may have units.
+    ``reads``: whether the command reads a file whose numbers have units.
     """
     units = Units(setting.omega1, setting.m1, setting.amplitude)
     file, options = _system_file(setting.system, units if setting.scale or (reads and units != Units()) else None)

@@ -26,7 +26,7 @@ FIGURES = {
         Figure("comparison", "Comparison of pins", "The present setting, then the pinned ones.", drawn=False),
     )
 }
-DIFFERENCE = Figure("displacement", "Difference in parts", "Penalty less reference over two periods, in parts.")
+DIFFERENCE = Figure("displacement", "Difference in parts", "Penalty less reference over the periods shown, in parts.")
 
 _LONG = {"t": "time", "total": "difference"}  # columns of the difference: their names in a file
 # The series of each figure: label, name of the source, and its columns by their names in a file.

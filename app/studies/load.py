@@ -63,6 +63,15 @@ class RecordFile(NamedTuple):
         """Raises ValueError where the file holds no record."""
         return _RECORDS.get_or(self, lambda: parse_record(self.content, self.units, self.on, self.physical))
 
+    @property
+    def in_units(self) -> bool:
+        """Whether it can be read beside a system in physical units."""
+        try:
+            self._replace(physical=True).load()
+        except ValueError:
+            return False
+        return True
+
 
 class LoadQuestion(NamedTuple):
     """Everything that the runs depend on."""

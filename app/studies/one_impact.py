@@ -8,7 +8,6 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.explorer.compute import run_length
 from vibroscope.app.explorer.impact_words import schemes
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import (
@@ -22,6 +21,7 @@ from vibroscope.engine import (
     TimeStepping,
     WithStep,
     force_courses,
+    free_length,
     impact,
     largest_step,
     over_motion,
@@ -47,7 +47,9 @@ class Run(NamedTuple):
 
     def closing_speeds(self, cancelled: Callable[[], bool] | None = None) -> np.ndarray:
         """Of its impacts, (n,); raises `Cancelled`."""
-        how = run_length(self.system, self.eta, self.initial) | {"initial": self.initial, "cancelled": cancelled}
+        free = not self.system.excitation.drives
+        how = free_length(self.system, self.eta, self.initial, contacts=1) if free else {}
+        how |= {"initial": self.initial, "cancelled": cancelled}
         run = partial(simulate, self.system, self.eta, self.reference, **how)
         return _CLOSING.get_or(self, lambda: run().impacts.closing_speed)
 

@@ -39,8 +39,14 @@ def sampled(
 ) -> Response:
     """The last periods of a run; of a free vibration the first ones, since it decays. Raises as `simulate`."""
     length = run_length(system, eta, initial)
-    record = Record(length.get("keep", PERIODS), samples)
+    record = record_of(length, samples)
     return simulate(system, eta, method, initial=initial, record=record, cancelled=cancelled, **length)
+
+
+def record_of(length: Mapping[str, int], samples: int = PER_PERIOD) -> Record:
+    """The samples of a run of `run_length`: no more of many periods than of PERIODS, but FEW in each."""
+    keep = length.get("keep", PERIODS)
+    return Record(keep, max(FEW, samples * PERIODS // max(keep, PERIODS)))
 
 
 def kept_text(system: System, eta: float, initial: Sequence[float] | None) -> str:

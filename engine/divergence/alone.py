@@ -4,8 +4,9 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from vibroscope.engine.divergence.parts import Difference
 from vibroscope.engine.methods import METHOD_NUMBERS, ExactPenalty, TimeStepping
-from vibroscope.engine.wording import finite_or_none
+from vibroscope.engine.wording import finite_or_none, percent
 
 
 @dataclass(frozen=True)
@@ -19,15 +20,23 @@ class Change:
     left : float
         What the run with exactly this change leaves of the difference, relative to the reference.
     robust : float
-        The median of what values within 10 % leave, by which the change counts; ``left`` for a choice.
+        The median of what it and its neighbours on the grid leave, by which the change counts; ``left`` for a choice.
     method : TimeStepping, ExactPenalty or None
         What was run: the exact penalty solution stands for no time step, None for no joint damping of its own.
+    difference : Difference or None
+        ``left`` as a comparison with this change has it; None where a search alone has run it.
     """
 
     changed: str
     left: float
     robust: float
     method: TimeStepping | ExactPenalty | None = None
+    difference: Difference | None = None
+
+    @property
+    def amount(self) -> str:
+        """What it leaves, in words."""
+        return self.difference.amount if self.difference else percent(self.left)
 
     @property
     def value(self) -> float:

@@ -15,14 +15,15 @@ with D at equal restitution leaves, if that is less than two thirds of it.
 - Otherwise nothing is to blame; nor if what is left is more than APART.
 """
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 from vibroscope.engine.divergence.alone import Alone, Change
 from vibroscope.engine.divergence.compare import Comparison
 from vibroscope.engine.divergence.conditions import conditions, stay_together
 from vibroscope.engine.divergence.remaining import Remaining
 from vibroscope.engine.divergence.search import enough_steps, search_together
-from vibroscope.engine.divergence.tolerances import APART, EQUALLY, HALF, NEARLY, REMOVED, SAME_CURVE, TIE
+from vibroscope.engine.divergence.tolerances import APART, EQUALLY, HALF, NEARLY, REMOVED, SAME_CURVE, TIE, WORKS
 
 OF_STEPS = ("status", "integrator")
 
@@ -72,9 +73,16 @@ def find_blame(comparison: Comparison, found: Alone, remaining: Remaining) -> Bl
             return found_alone
     if pair is None or pair.robust > most:
         pair = _better(search_together(comparison, remaining, with_step=True), least, chance) or pair
-    if pair is not None and pair.robust <= most:
+    if pair is not None and pair.robust <= most and (pair := _as_compared(pair, remaining)).robust <= most:
         return Blame(together=pair, least=pair.robust)
     return Blame(least=min(alone, total))
+
+
+def _as_compared(change: Change, remaining: Remaining) -> Change:
+    """The change with what a comparison with it has, whose runs may be longer than those of a search."""
+    found = remaining.compared(change.method)
+    left = found.total if found and math.isfinite(found.total) else math.inf
+    return replace(change, left=left, robust=max(change.robust, left / WORKS), difference=found)
 
 
 def _better(together: Change | None, alone: float, chance: float) -> Change | None:

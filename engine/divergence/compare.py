@@ -41,6 +41,7 @@ from vibroscope.engine.divergence.parts import (
     PerSolution,
     Regularisation,
     TimeStepParts,
+    described,
     difference_series,
     known,
     part_names,
@@ -48,7 +49,6 @@ from vibroscope.engine.divergence.parts import (
     split_time_step,
 )
 from vibroscope.engine.divergence.tolerances import CHANCE
-from vibroscope.engine.drivers.section import period_of
 from vibroscope.engine.methods import Reference, TimeStepping
 from vibroscope.engine.model import DISPLACEMENTS, System, check_eta
 from vibroscope.engine.motions.description import Motion, describe
@@ -222,10 +222,8 @@ class Comparison:
         How contacts match impacts; None unless the reference repeats itself.
     grid : Record
         Of one period of the series.
-    initial : (4,) tuple of float
-        ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, where all runs begin.
-    asked : int
-        Periods that were asked for: ``runs`` have more if the motions were not settled by then.
+    question : ComparisonQuestion
+        What was asked for: ``runs`` have more periods if the motions were not settled by then.
     """
 
     runs: PerSolution[Response]
@@ -241,8 +239,7 @@ class Comparison:
     residual: float
     encounters: Encounters | None
     grid: Record
-    initial: tuple[float, ...]
-    asked: int
+    question: ComparisonQuestion
 
     def __repr__(self) -> str:
         run = self.runs.penalty
@@ -368,12 +365,12 @@ class Comparison:
     @property
     def start(self) -> tuple[float, ...] | None:
         """The argument ``initial`` of a further run: None for rest, which may lie where no other start may."""
-        return None if self.initial == self.runs.reference.system.rest else self.initial
+        return None if self.question.start == self.question.system.rest else self.question.start
 
     def _judge(self, run: Response, described: Motion, cancelled) -> Motion:
         """Return the motion that a run has settled to, with evidence; its counts stay those of the kept periods."""
         state, start = run.section[-1], self.start
-        if run.periods > self.asked and np.abs(state).max() <= FARTHEST:
+        if run.periods > self.question.periods and np.abs(state).max() <= FARTHEST:
             start = tuple(run.system.without_penetration(state))
         judged = motion(run.system, run.eta, run.method, initial=start, cancelled=cancelled)
         return replace(judged, **{name: getattr(described, name) for name in COUNTS})
@@ -459,11 +456,9 @@ def compare(
     """
     runs = _settled_runs(question, responses, cancelled)
     system, per_period = question.system, question.per_period
-    late = runs.reference.ok and period_of(runs.reference.section) > question.keep // 2  # to be in step with
-    known = PerSolution(None, None, None, 0 if late else None)
-    if not system.excitation.drives:  # what comes to rest repeats its section, and not what led there
-        known = PerSolution(0, 0, 0, 0)
-    motions = PerSolution(*(describe(run, period) for run, period in zip(runs, known, strict=True)))
+    motions = PerSolution(*map(described, runs))
+    if motions.reference.period > question.keep // 2:  # too late to be in step with
+        motions = motions._replace(reference=describe(runs.reference, 0))
     # a reference that repeats itself only nearly has no time step that scatters it: nothing stays in phase with it
     pointwise = bool(motions.reference.period) and all(described.near_period for described in motions)
     if not system.excitation.drives:
@@ -484,9 +479,19 @@ def compare(
         residual=series.residual if series else np.nan,
         encounters=encounters,
         grid=Record(1, per_period, question.penalty.steps),
-        initial=question.start,
-        asked=question.periods,
+        question=question,
     )
+
+
+def compare_changed(
+    comparison: Comparison, method: TimeStepping, cancelled: Callable[[], bool] | None = None
+) -> Difference | None:
+    """Return the difference that a user gets who asks the same of another penalty method; None if a run ends early."""
+    question = replace(comparison.question, penalty=method)
+    known = (comparison.runs.reference, comparison.runs.derived)
+    same = [run for run in known if (run.periods, run.keep) == (question.periods, question.keep)]
+    found = compare(question, responses=same, cancelled=cancelled)
+    return None if found.parts is None else found.difference
 
 
 def _settled_runs(

@@ -138,8 +138,7 @@ def samples_beside(
     ----------
     response : Response
     period : int
-        Excitation periods after which it repeats itself; 0 if it does not: then nothing is shifted. Nor is a free
-        vibration: what comes to rest repeats its section, and not what led there.
+        Excitation periods after which it repeats itself; 0 if it does not: then nothing is shifted.
     other : (4, periods, m) ndarray
         The other solution.
     grid : Record
@@ -154,7 +153,7 @@ def samples_beside(
     """
     if not response.ok:
         return np.full_like(other, np.nan), 0
-    periods, period = other.shape[1], period if response.system.excitation.drives else 0
+    periods = other.shape[1]
     cycle = samples_on_grid(response, replace(grid, periods=period or periods), cancelled)
     shift = best_shift(cycle[:2], other[:2]) if period else 0
     return repeat_cycle(cycle, periods, shift), shift

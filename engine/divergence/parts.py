@@ -56,7 +56,6 @@ import numpy as np
 from vibroscope.engine.contact import damping_ratio, effective_restitution
 from vibroscope.engine.divergence.encounters import mean_closing_speed
 from vibroscope.engine.divergence.grid import about_rest, relative_to, rms, run_again, samples_beside, samples_on_grid
-from vibroscope.engine.drivers.section import period_of
 from vibroscope.engine.facts import Choice, Statement, stated
 from vibroscope.engine.law_table import restitution_of, restitution_without_pull
 from vibroscope.engine.methods import CONTACT_LAWS, ExactPenalty, Reference, TimeStepping, with_located_steps
@@ -149,6 +148,14 @@ class DifferenceSeries:
     def without(self, name: str) -> float:
         """Return the relative rms of the total without one of PARTS."""
         return self.relative(self.total - getattr(self, name))
+
+
+def described(run: Response) -> Motion:
+    """The motion of a compared run: a free vibration has no period, so that it is shifted against no other.
+
+    What comes to rest repeats its section, and not what led there.
+    """
+    return describe(run, None if run.system.excitation.drives else 0)
 
 
 def difference_series(
@@ -309,10 +316,10 @@ def split_regularisation(
     """
     ratio, restitutions = _restitutions(exact, derived)
     own = series.runs.derived.reshape(4, series.periods, -1)
-    rows, periods = [], {period_of(derived.section)}
+    rows, periods = [], {described(derived).period}
     for restitution in restitutions:
         run = _with_restitution(derived, restitution, initial, cancelled)
-        period = period_of(run.section) if run.ok else 0
+        period = described(run).period
         periods.add(period)
         rows.append(samples_beside(run, period, own, grid, cancelled)[0].reshape(4, -1))
     together = len(periods) == 1 and 0 not in periods
@@ -389,7 +396,7 @@ def split_time_step(
     method, run = with_located_steps(penalty.method), penalty
     if method != penalty.method:
         run = run_again(penalty, method=method, initial=initial, cancelled=cancelled)
-    first, found = describe(penalty), describe(run)
+    first, found = described(penalty), described(run)
     own = series.runs.penalty.reshape(4, series.periods, -1)
     located = own if run is penalty else samples_beside(run, found.period, own, grid, cancelled)[0]
     status = (own - located).reshape(4, -1)

@@ -11,9 +11,10 @@ from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.divergence.compare import SECTION, Comparison
+from vibroscope.engine.divergence.compare import SECTION, Comparison, compare_changed
 from vibroscope.engine.divergence.error import SampledRuns, Target
 from vibroscope.engine.divergence.grid import LONGER, PER_PERIOD
+from vibroscope.engine.divergence.parts import Difference
 from vibroscope.engine.drivers.threads import share_out, thread_count
 from vibroscope.engine.methods import ExactPenalty, TimeStepping
 from vibroscope.engine.model import DISPLACEMENTS
@@ -69,10 +70,10 @@ class Remaining:
         self._keep = run.keep if period else SECTION
         self._threads = thread_count(threads)
         self._runs = SampledRuns(run.system, run.eta)
-        asked = max(comparison.asked, self._keep)
+        asked = max(comparison.question.periods, self._keep)
         self.quick = self._runs.is_skipped(run.method)
         periods = run.periods if self.quick and period else min(run.periods, LONGER[0] * asked)
-        self._settled = _Plan(comparison.initial, periods)
+        self._settled = _Plan(comparison.question.start, periods)
         most = SEARCHED if period else SEARCHED_SECTIONS
         searched = min(self._settled.periods, max(most, self._keep))
         self._search = self._settled._replace(periods=searched)
@@ -91,6 +92,10 @@ class Remaining:
         After fewer where runs take long, and where the reference does not repeat itself.
         """
         return self._left(method, self._settled)
+
+    def compared(self, method: TimeStepping) -> Difference | None:
+        """The difference that a comparison with a method has, settled anew; None if a run ends early."""
+        return compare_changed(self._comparison, method, self._cancelled)
 
     def run_ahead(self, methods: Iterable[Penalty], whole: bool = False) -> None:
         """Make the runs with several methods side by side, so that what they leave is known when it is asked for."""

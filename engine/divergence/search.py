@@ -11,9 +11,9 @@ resolves the contact.
 The search over one number: K or D on a grid, coarse, then finer about the lowest points; the steps by doubling.
 
 A value of K or D is on a grid of ratio FINE. A single run may be close to the reference by chance, since a constant
-step makes a section scatter and errors can cancel. So a value counts by the median of the five values within 10 % of
-it. What is proposed is the middle of the range where the number works, not the lowest point, which depends on the last
-digits of the input.
+step makes a section scatter and errors can cancel. So a value counts by the median of itself and NEAR_PLACES values on
+each side. What is proposed is the middle of the range where the number works, not the lowest point, which depends on
+the last digits of the input.
 """
 
 import math
@@ -31,12 +31,13 @@ from vibroscope.engine.integrators import NewmarkBeta
 from vibroscope.engine.law_table import LAWS
 from vibroscope.engine.methods import DAMPING_RANGE, STEPS_RANGE, STIFFNESS_RANGE, TimeStepping, with_located_steps
 from vibroscope.engine.model import System
-from vibroscope.engine.wording import rounded_to, rounded_up
+from vibroscope.engine.wording import percent, rounded_to, rounded_up
 
 FINE = 1.05  # ratio of neighbours on the grid of K and D
 COARSE_PLACES = 8  # of its places from one point of the first search to the next: six in a decade
 COARSER_PLACES = 12  # where steps are not skipped
-NEAR_PLACES = 2  # places on each side that count with a value: within 10 %
+NEAR_PLACES = 2  # places on each side that count with a value
+NEIGHBOURS = f"those within {percent(FINE**NEAR_PLACES - 1.0)}"  # of it, as all texts say it
 STEP_HALVINGS, STEP_DOUBLINGS = 4, 6  # of the steps
 STEP_DOUBLINGS_WHOLE = 4  # where steps are not skipped, so that a run takes the longer the more there are
 

@@ -13,7 +13,7 @@ from vibroscope.engine.divergence.conditions import Conditions, stay_together
 from vibroscope.engine.divergence.encounters import delivered_restitution
 from vibroscope.engine.divergence.grid import run_again
 from vibroscope.engine.divergence.parts import Difference
-from vibroscope.engine.divergence.search import joint_damping_part
+from vibroscope.engine.divergence.search import NEIGHBOURS, joint_damping_part
 from vibroscope.engine.divergence.tolerances import (
     AS_ASKED,
     CLOSE_CURVE,
@@ -185,7 +185,7 @@ def _together_sentence(comparison: Comparison, found: Alone, blame: Blame, now: 
     helps = best is not None and best.left < found.total
     alone = "; alone at best " + _best_text(comparison, best) if helps else ""
     names = listed(["K", "D", "the time step"] if "step" in blame.together.changed else ["K", "D"], "and")
-    left = percent(blame.together.left)
+    left = blame.together.amount
     why = _reason(comparison, blame.together, now) if blame.together.changed == "K and D" else ""
     have = "would have" if found.total <= CLOSE_CURVE else "have"  # motions that agree roughly may do
     return stated(
@@ -200,7 +200,7 @@ def _nothing_sentence(comparison: Comparison, found: Alone, blame: Blame) -> str
         f" The joint damping alone, which the penalty model lacks, makes {percent(part)}." if part > SAME_CURVE else ""
     )
     if best is None or best.left >= found.total:
-        return f"No K, D or time step that was tried leaves less together with those within 10 %.{of_model}"
+        return f"No K, D or time step that was tried leaves less together with {NEIGHBOURS}.{of_model}"
     does = "mends" if best.robust <= found.total / 2 else "halves"
     return stated("No number alone {} it: at best {}.{}", does, _best_text(comparison, best), of_model)
 
@@ -216,6 +216,14 @@ def _largest_sentence(difference: Difference) -> str | Statement:
         return "So little needs no change."
     name, share = difference.name(difference.largest), percent(difference.parts[difference.largest])
     return stated("Its largest part is that of {}{} ({}).", "" if name.startswith("K") else "the ", name, share)
+
+
+def certainty_sentences(together: Change | None) -> list[Statement]:
+    """How certain it is what several changed numbers leave; none where it is exact."""
+    if together is None or not together.difference.certainty:
+        return []
+    left = together.difference
+    return [stated("With {} {} are left: {}.", value_text(together), left.amount, left.certainty)]
 
 
 def detail_sentences(
@@ -251,10 +259,10 @@ def detail_sentences(
         if left := [stated("{} {}", value_text(each), percent(each.left)) for each in halving or less[:1]]:
             lines.append(stated("What is left at best if one number alone is changed: {}.", joined("; ", left)))
     run = comparison.runs.penalty
-    if run.periods > comparison.asked:
+    if run.periods > comparison.question.periods:
         lines.append(
-            f"All this is of the last {run.keep:,} of {run.periods:,} periods: after {comparison.asked:,} the motions "
-            "had not settled."
+            f"All this is of the last {run.keep:,} of {run.periods:,} periods: after "
+            f"{comparison.question.periods:,} the motions had not settled."
         )
     return tuple(lines)
 
@@ -311,7 +319,7 @@ def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Callable[[
 
     Where other forces act, they do not. With the step and without it: with it alone a few contacts may do so by chance.
     """
-    run, asked, ways = comparison.runs.penalty, comparison.asked, []
+    run, asked, ways = comparison.runs.penalty, comparison.question.periods, []
     system, method = run.system, run.method
     found = {"D": equal_damping(system, method, method.stiffness, speed), "K": equal_stiffness(system, method, speed)}
     keep = min(run.keep, asked)

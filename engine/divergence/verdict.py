@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from vibroscope.engine.divergence.alone import Alone, Change
 from vibroscope.engine.divergence.blame import Blame, find_blame
-from vibroscope.engine.divergence.compare import Comparison, ComparisonQuestion, compare, error_from_penalty_state
+from vibroscope.engine.divergence.compare import Comparison, compare_changed, error_from_penalty_state
 from vibroscope.engine.divergence.conditions import (
     Conditions,
     contact_conditions,
@@ -24,6 +24,7 @@ from vibroscope.engine.divergence.search import search_alone, without_jump
 from vibroscope.engine.divergence.sentences import (
     SENTENCE_DIGITS,
     blame_sentence,
+    certainty_sentences,
     change_of,
     chosen,
     contact_sentences,
@@ -253,7 +254,10 @@ def _of_search(comparison: Comparison, found: Alone, blame: Blame, unchanged: st
         left=first_change.left if first_change else np.nan,
         together=blame.together is not None,
         scatter=scatter,
-        details=detail_sentences(comparison, found, contact, cancelled),
+        details=(
+            *detail_sentences(comparison, found, contact, cancelled),
+            *certainty_sentences(blame.together),
+        ),
         alone=found,
         contact=contact,
         **_motions(comparison),
@@ -347,10 +351,8 @@ def _equal_damping(comparison: Comparison, contact: Conditions, cancelled) -> Ch
     method = with_equal_damping(run.system, run.method, run.method.stiffness, comparison.closing_speed)
     if method == run.method:
         return None
-    same = {"reference": comparison.runs.reference.method, "initial": comparison.start}
-    question = ComparisonQuestion(run.system, run.eta, method, periods=run.periods, keep=run.keep, **same)
-    left = compare(question, responses=[comparison.runs.reference], cancelled=cancelled).total
-    return Change("D", left, left, method) if left <= HALF * total else None
+    found = compare_changed(comparison, method, cancelled)
+    return Change("D", found.total, found.total, method) if found and found.total <= HALF * total else None
 
 
 def _of_rest(comparison: Comparison) -> Verdict:
@@ -383,7 +385,7 @@ def _scatter_sentence(comparison: Comparison, scatter: float) -> str | Statement
 def _of_other_motion(comparison: Comparison, elsewhere: float, scatter: float, cancelled) -> Verdict:
     """Return the verdict on a penalty solution that agrees with another motion of the reference."""
     total = percent(comparison.difference.total)
-    start = "rest" if comparison.initial == comparison.runs.reference.system.rest else "the same start"
+    start = "rest" if comparison.start is None else "the same start"
     headline = (
         "The penalty solution shows a different but valid motion: started from its state, the reference moves "
         f"so too, {percent(elsewhere)} apart. From {start} they are {total} apart: the result depends on the start."

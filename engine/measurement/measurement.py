@@ -29,6 +29,8 @@ class Measurement:
         Excitation frequency that the numbers of the file were read with, where they depend on it.
     left_out : tuple of str
         What the file holds beside this, such as columns of other names.
+    physical : bool
+        Whether the file gives units; else its numbers are those of the model.
 
     Raises
     ------
@@ -43,6 +45,7 @@ class Measurement:
     mean_known: bool = True
     eta: float | None = None
     left_out: tuple[str, ...] = ()
+    physical: bool = True
 
     def __post_init__(self):
         time = _numbers("time", self.time, 1)

@@ -214,6 +214,7 @@ def parse_measurement(
         mean_known=measured != ACCELERATIONS,
         eta=eta if needs_eta else None,
         left_out=(*left_out, *(f"other curves than {one}" for one in series), *table.left_out),
+        physical=any(column.physical for column in chosen),
     )
 
 

@@ -140,6 +140,9 @@ def test_the_difference_over_each_number_alone_is_printed(expected, capsys):
     assert tables["steps"].splitlines()[-1].split()[0] == "none"
     assert f"The joint damping makes {percent(expected.floor)}" in out
     assert "At best: the middle of the values that leave at most 1.25 times the least" in out
+    share = re.search(r"by the median of those within (\d+) % of each;", " ".join(out.split()))[1]
+    tried = expected.curves["K"].values  # coarse and fine ones; of the fine ones two on each side count
+    assert float(share) == pytest.approx(100 * (min(tried[2:] / tried[:-2]) - 1), abs=1)
 
 
 def test_nothing_that_leaves_more_than_there_is_stands_as_the_best(expected):

@@ -7,13 +7,15 @@ import re
 import numpy as np
 import pytest
 from vibroscope.app.commands.cli import main
-from vibroscope.app.explorer.compute import TRACE_PERIODS, compute_runs
+from vibroscope.app.explorer.compute import SHOWN_PERIODS, compute_runs
 from vibroscope.app.explorer.explanation import describe, explain
 from vibroscope.app.explorer.parameters import START_FIELDS
+from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.presets import shelf
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import as_command
 from vibroscope.app.page.bifurcation.tab import Bifurcation
+from vibroscope.app.page.explore.figures import MotionView
 from vibroscope.app.page.shared.figure import time_label
 from vibroscope.app.page.study.basin import Basins
 from vibroscope.app.page.study.plane import Plane
@@ -181,6 +183,24 @@ def test_explore_shows_the_periods_in_which_a_throw_from_afar_meets():
     assert describe(runs).reference[0].startswith("Free vibration. 1 impact in 2 periods T, ")
 
 
+def test_contacts_that_the_window_cuts_are_counted_and_named():
+    """The thrown body touches at the start; after two periods of η = 1.8 another contact has just begun."""
+    for eta, contacts in (
+        (1.8, "3 contacts (one from the start on, one until the end)"),
+        (3.0, "2 contacts (one from"),
+    ):
+        runs = compute_runs(FREE._replace(eta=eta, units="none"))
+        described, figures = describe(runs), MotionView()
+        assert f"Free vibration. {contacts}" in described.penalty[0]
+        for source, columns in present(runs).items():
+            figures.write(source, columns)
+        figures.update(runs.setting, fresh=True)
+        title = figures.figures["strip"].title.text
+        for solver, text in (("reference", described.reference[0]), ("penalty", described.penalty[0])):
+            number = re.search(r"Free vibration\. (.*) in 2 periods T, in contact (.* %)", text)
+            assert f"{solver} {number[1]}, {number[2]} of the time" in title
+
+
 def test_a_search_without_a_drive_points_to_one_contact(capsys, tmp_path):
     file = tmp_path / "thrown.toml"
     file.write_text(THROWN_FROM_AFAR)
@@ -237,12 +257,12 @@ def test_a_drop_whose_periods_are_short_is_compared_up_to_its_second_contact(cap
 
 
 def test_the_page_compares_a_free_vibration_over_as_many_periods_as_the_command(capsys, tmp_path):
-    """Where a period is short beside a flight: two of them, which the figures show, hold one contact at most."""
+    """Where a period is short beside a flight two of them hold one contact at most: the figures show them all."""
     short = FREE._replace(eta=4 * FREE.eta)
     runs = compute_runs(short)
     found = explain(runs)
     words = re.search(r"in the first (\d+) periods T .* differ by (\S+ %)", str(found.headline))
-    assert int(words[1]) > TRACE_PERIODS
+    assert int(words[1]) > SHOWN_PERIODS
     (tmp_path / "free.toml").write_text(system_text(short.system))
     *_, command = as_command(short._replace(units="none")).splitlines()
     assert main(re.sub(r"--system \S+", f"--system {tmp_path / 'free.toml'}", command).split()[1:]) == 0
@@ -255,4 +275,8 @@ def test_the_page_compares_a_free_vibration_over_as_many_periods_as_the_command(
     assert of_tab.judged[0].outcome.total == pytest.approx(found.parts["total"])  # what is set, among the rules
     drawn = found.series["total"][0]
     assert np.abs(drawn).max() == pytest.approx(np.abs(apart).max(), rel=0.05)
-    assert f"in {TRACE_PERIODS} periods T" in str(found.kinds["reference"])
+    assert f"in {words[1]} periods T" in str(found.kinds["reference"])
+    columns = present(runs)
+    assert columns["displacements"]["t"][-1] == pytest.approx(int(words[1]) * short.period)
+    assert len(columns["strip_penalty"]["left"]) >= 2
+    assert time_label(short) == f"time t / s in the first {words[1]} periods"

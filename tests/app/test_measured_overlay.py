@@ -2,9 +2,11 @@
 
 import gzip
 import re
+import shlex
 
 import numpy as np
 import pytest
+from vibroscope.app.commands.cli import main
 from vibroscope.app.explorer import measured
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.field_units import shown_text
@@ -66,7 +68,7 @@ def test_the_page_says_what_the_command_line_says(overlay):
     assert overlay.drawn
     assert content["words"] in overlay.words["Measurement own.csv"]
     send(overlay.panel, {"remove": True})
-    assert (overlay.panel.visible, overlay.words, overlay.arguments) == (False, {}, ("", ""))
+    assert (overlay.panel.visible, overlay.words, overlay.arguments) == (False, {}, ("", "", False))
 
 
 @pytest.mark.parametrize(
@@ -103,8 +105,7 @@ def test_a_file_of_unknown_columns_asks_which_is_what_and_reads_them(overlay):
     send(overlay.panel, {"columns": {"time": "1 [s]", "x1": "2 [mm]", "x2": "3 [mm]"}})
     overlay.host.catch_up_until(lambda: overlay.panel.content["phase"] != "reading")
     assert overlay.panel.content["words"].startswith("The reference agrees within the noise")
-    name, columns = overlay.arguments
-    last = as_command(SETTING, name, columns).splitlines()[-1]
+    last = as_command(SETTING, *overlay.arguments).splitlines()[-1]
     assert last.endswith("--measured own.csv --columns 'time=1 [s], x1=2 [mm], x2=3 [mm]'")
 
 
@@ -127,6 +128,27 @@ def test_a_file_without_units_is_numbers_of_the_model_while_the_page_shows_no_un
     assert plain.measurement(SETTING).span == pytest.approx(19 / 8)
     with pytest.raises(ValueError, match=r"no column has a unit, .* as time \[s\], x1 \[mm\], or \[-\]"):
         plain.measurement(SETTING._replace(units="si"))
+
+
+@pytest.mark.parametrize("header", ["time,xi1", "time [-],xi1 [-]", "time [s],xi1 [mm]"])
+@pytest.mark.parametrize("units", ["none", "mm-t-s"])
+def test_the_command_of_a_file_that_the_page_takes_runs(overlay, capsys, tmp_path, monkeypatch, header, units):
+    """Own ω₁ convert columns with units, and do not ask for any."""
+    setting = SETTING._replace(omega1=50.0, units=units)
+    overlay.follow(setting)
+    text = "\n".join([header, *(f"{i / 8},{np.sin(2.76 * i / 8)}" for i in range(400))])
+    content = upload(overlay, text)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.csv").write_text(text)
+    *written, command = as_command(setting, *overlay.arguments).splitlines()
+    if "--system system.toml" in command:
+        (tmp_path / "system.toml").write_text("\n".join(written[1 : written.index("END")]))
+    if content["phase"] == "failed":  # no unit where numbers have some
+        assert (header, units) == ("time,xi1", "mm-t-s")
+        return
+    assert main(shlex.split(command)[1:]) == 0
+    headline = capsys.readouterr().out
+    assert re.search(r"(\d+ samples over \S+ periods)", content["headline"])[1] in headline
 
 
 def test_a_wall_is_offered_what_it_has_and_one_body_is_drawn(overlay):

@@ -3,10 +3,14 @@
 import csv
 import json
 import math
+import shlex
 
 import numpy as np
 import pytest
 from vibroscope.app.commands.cli import main
+from vibroscope.app.explorer.state import Setting
+from vibroscope.app.export.scripts import load_command
+from vibroscope.app.studies.load import LoadQuestion, RecordFile
 
 BOX = """\
 [physical]
@@ -73,6 +77,21 @@ def test_a_record_ends_when_its_file_says_and_says_if_that_has_no_units(box, tmp
         (tmp_path / "a.csv").write_text(f"{head}\n0, 0\n0.01, 1\n0.02, 0\n")
         assert main([*box, "--base-record", str(tmp_path / "a.csv"), "--units"]) == 0
         assert words in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("head", ["time,a", "time [-],a [-]", "time [ms],a [g]"])
+def test_the_command_of_the_page_takes_the_record_that_the_page_takes(tmp_path, monkeypatch, capsys, head):
+    """Own ω₁ convert columns with units, and do not ask for any."""
+    setting = Setting(omega1=50.0)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.csv").write_text(text := f"{head}\n0, 0\n1, 1\n2, 0\n")
+    record = RecordFile("a.csv", text.encode(), "base", setting.own_units, physical=False)
+    asked = LoadQuestion(setting.system, record, setting.reference, setting.penalty, 1.0, None)
+    *written, command = load_command(setting, asked).splitlines()
+    if "--system system.toml" in command:
+        (tmp_path / "system.toml").write_text("\n".join(written[1 : written.index("END")]))
+    assert main([*shlex.split(command)[1:], "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["load"]["peak"] == pytest.approx(record.load().peak)
 
 
 def test_a_file_without_units_beside_a_physical_system_is_refused_with_what_to_write(box, tmp_path, capsys):

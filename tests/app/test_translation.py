@@ -1,5 +1,6 @@
 """Contacts translated from code to code: round trips, published formulas and numbers, what is named, and refusals."""
 
+import itertools
 import json
 import math
 from dataclasses import replace
@@ -324,6 +325,30 @@ def test_a_code_whose_words_are_not_known_is_refused_with_the_name_that_is_near(
         status, printed = run(capsys, *words)
         assert status == 2
         assert said in printed.err
+
+
+@pytest.mark.parametrize("code", translated_codes(write=True))
+def test_what_is_written_is_read_again_or_named(code):
+    """Of contacts without a damper, and with one that lets nothing rebound."""
+    target = translated_codes()[code]
+    for numbers in itertools.product(("1e-3", "1e6", "1e12"), ("0", "1e-9", "10", "1e4", "1e7")):
+        for words in words_or_none(dict(zip("Kc", numbers, strict=True)), target):
+            translate(target, words, PHYSICAL, AROUND)
+
+
+def words_or_none(given, target):
+    try:
+        return [each.words for each in translate(PHYSICAL, given, target, AROUND).written]
+    except ValueError:  # says which number is missing or out of range
+        return []
+
+
+def test_a_contact_that_does_not_rebound_is_not_written_with_a_restitution(capsys):
+    status, printed = run(capsys, "--from", "gazebo", "kp=1e6", "kd=1e7", "--to", "physical", "--mass", "1 kg")
+    assert status == 0
+    assert "K = 1000000, c = 1e7" in printed.out
+    assert "e =" not in printed.out
+    assert "K and e: this contact is beyond these words: e must be a number from" in " ".join(printed.out.split())
 
 
 def test_codes_alone_shows_them(capsys):

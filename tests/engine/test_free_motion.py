@@ -99,6 +99,12 @@ def test_a_drop_that_comes_to_rest_is_compared_from_its_beginning(periods):
     )
     assert found.difference.total < 0.1
     assert found.difference.parts["time_step"] < 0.005
+    assert set(found.parts.shifts) == {0}
+    split, of_step = found.split(), found.split_time_step()  # by further runs, which come to rest, too
+    assert found.parts.relative(split.contact_time) < 0.1
+    assert found.parts.relative(of_step.status) < 0.005
+    assert split.in_step
+    assert of_step.in_step
 
 
 def test_a_repetition_that_rounding_decides_is_no_period():

@@ -17,6 +17,7 @@ from vibroscope.engine.divergence.conditions import contact_conditions
 from vibroscope.engine.divergence.encounters import delivered_restitution
 from vibroscope.engine.divergence.error import Target
 from vibroscope.engine.divergence.sentences import detail_sentences
+from vibroscope.engine.wording import percent
 
 from tests.answers import compared, verdict_of
 from tests.share import every
@@ -91,16 +92,23 @@ def test_the_verdict_mentions_time_step_scatter():
     assert verdict_of(SYSTEM, 2.76, FINE).scatter == 0
 
 
-def test_numbers_that_do_nothing_alone_are_changed_together():
-    """K and D each leave 2.4 % of 2.4 %; together, with a step that resolves the contact, half of it at most."""
-    found = verdict_of(SYSTEM, 3.25, Newmark(12000, 18, 8000))
-    assert "have to be changed together" in found.headline
+SHORT_SEARCH = System(kappa=2.62, mu=1.57, restitution=0.45, clearance=1.0), 2.85, Newmark(6360, 37.8, 100)
+
+
+@pytest.mark.parametrize("asked", [(SYSTEM, 3.25, Newmark(12000, 18, 8000)), SHORT_SEARCH])
+def test_numbers_that_do_nothing_alone_are_changed_together(asked):
+    """What they leave is what a comparison with them has; the runs of the second search are a quarter as long."""
+    found, total = verdict_of(*asked), compared(*asked).total
+    assert "to be changed together" in found.headline
     assert found.together
     assert {"K", "D"} <= set(found.blame) == set(found.change)
-    steps = found.change.get("steps", 8000)
-    advised = compared(SYSTEM, 3.25, Newmark(found.change["K"], found.change["D"], steps))
-    assert advised.total == pytest.approx(found.left, rel=0.02)  # scatter depends on rounding
-    assert advised.total < 0.5 * 0.024
+    method = asked[2]
+    steps = found.change.get("steps", method.steps)
+    advised = compared(*asked[:2], Newmark(found.change["K"], found.change["D"], steps)).difference
+    assert f"steps a period leave about {percent(advised.total)}" in found.headline
+    assert f"steps a period about {percent(advised.total)} are left: {advised.certainty}." in found.details[-1]
+    assert found.left == pytest.approx(advised.total, rel=0.02)  # scatter depends on rounding
+    assert advised.total < 0.5 * total
 
 
 def test_contacts_that_do_not_rebound_as_asked_are_named_where_motions_agree():

@@ -1,6 +1,10 @@
 """The present instant: its marks in all figures, and the animation."""
 
+import re
+
 import pytest
+from vibroscope.app.explorer.link import print_address
+from vibroscope.app.explorer.presets import shelf
 
 from tests.ui.explorer import PAPER
 from tests.waiting import wait_until
@@ -54,6 +58,26 @@ def test_a_time_under_the_pointer_is_marked_in_every_figure(kept):
     explorer.moved(lambda: explorer.page.get_by_text("absolute", exact=True).click())
     wait_until(lambda: explorer.page.evaluate("Bokeh.documents[0].is_idle"))
     assert abs(mark(explorer, "reference1")["x"] - relative) < 1e-3  # to the base, although the curves are not
+
+
+def test_of_a_free_vibration_the_instant_goes_through_all_periods_to_the_second_contact(kept):
+    """Where a period is short beside a flight."""
+    thrown = shelf()["thrown"].setting
+    short = thrown._replace(eta=4 * thrown.eta, units="none")
+    explorer = kept.anew(f"?{print_address(short)}").explained()
+    window = int(re.search(r"in the first (\d+) periods T", explorer.page.locator(".lines").text_content())[1])
+    assert window > 2
+    assert explorer.figure("displacement")["x"] == [0, window]
+    slider = explorer.page.get_by_label("Phase τ/T in the periods that are shown")
+    wait_until(lambda: slider.get_attribute("max") == str(window), what="a slider over the window")
+    slider.fill(str(window - 0.5))
+    wait_until(lambda: mark(explorer, "now-force")["x"] == pytest.approx(window - 0.5), what="a mark near the end")
+    columns = explorer.source("displacements")
+    nearest = min(range(len(columns["t"])), key=lambda i: abs(columns["t"][i] - (window - 0.5)))
+    assert mark(explorer, "reference1")["x"] == pytest.approx(columns["reference1"][nearest], rel=0.01)
+    explorer.moved(lambda: explorer.scene("A"))
+    wait_until(lambda: slider.get_attribute("max") == "2", what="a slider over two periods")
+    assert explorer.figure("displacement")["x"] == [0, 2]
 
 
 def test_playing_moves_the_pendulums_without_the_server(visit):

@@ -2,14 +2,19 @@
 
 import io
 
+import numpy as np
 import pytest
 from PIL import Image
 
 from tests.ui import snapshots as module
-from tests.ui.snapshots import Snapshots, compare
+from tests.ui.snapshots import Snapshots, compare, opened
 from tests.ui.snapshots_page import data, faults, read
 from tests.ui.snapshots_report import Report
-from tests.ui.test_snapshots import look  # noqa: F401 - a fixture
+from tests.ui.test_snapshots import (
+    COVER,
+    look,  # noqa: F401 - a fixture
+    steady,
+)
 
 FIGURE = "const plot = Bokeh.documents[0].get_model_by_name('displacement'); const here = {sync: false};"
 BREAKS = {  # the reported fault: code that causes it, code that removes it
@@ -39,6 +44,21 @@ BREAKS = {  # the reported fault: code that causes it, code that removes it
         "plot.title.setv({text: window.kept}, here)",
     ),
 }
+
+
+def test_measured_times_are_covered_where_they_stand_and_nothing_while_they_are_folded(look):  # noqa: F811
+    page = look("scene-a", "phone").page
+    assert covered(page) == 0
+    page.locator("details.further summary").click()
+    shown = page.locator(".chip dd").filter(visible=True)
+    assert covered(page) == pytest.approx(40 * shown.first.bounding_box()["height"] * shown.count(), rel=0.1)
+
+
+def covered(page):
+    """Pixels of the cover, in rows of at least ten."""
+    picture = np.array(opened(steady(page)), int)
+    grey = (picture == [int(COVER[i : i + 2], 16) for i in (1, 3, 5)]).all(axis=2)
+    return int(sum(row.sum() for row in grey if row.sum() >= 10))
 
 
 def test_an_empty_figure_a_lost_unit_and_texts_over_each_other_are_found(look):  # noqa: F811

@@ -34,6 +34,7 @@ class View(NamedTuple):
     measured: bool = False  # it shows measured times
     height: int = 900  # of a desktop window in which all of it is visible
     before: str = ""  # what Explore has explained before, which the view then says
+    searches: tuple[str, ...] = ()  # heads of what the panel says of each search once it is over
 
 
 # Scenes whose penalty motion is chaotic, and what else is set in two of the scenes.
@@ -62,11 +63,13 @@ VIEWS = of_scenes() | {
     "branches": View(
         "?view=bifurcation&eta=1.42&K=12000&D=18&steps=2000&zoom=eta:1.3,1.5&choice=branches:both;count:60;transient:200",
         r"\.value|_periods",
+        searches=("Branches of the reference", "Branches of the exact penalty"),
     ),
     "plane": View(f"?view=plane&{STUDY}", r"\.image|_diverged", before=f"?{STUDY}"),
     "curves": View(
         "?view=plane&eta=2&K=1000&D=5&steps=2000&zoom=K:100,10000;D:1,50&choice=curves:on",
         r"\.image|_diverged|plane_curves",
+        searches=("Curves of bifurcations",),
     ),
     "basin": View("?view=basin&eta=3.2&K=12000&D=18&steps=2000", r"\.(image|motion|period)"),
     "step": View(f"?view=step&{STUDY}", r"_fixed\.(xi2|v2|size)|spread_located\.size"),
@@ -148,15 +151,10 @@ def at_rest(explorer, view):
         explorer.explained().judged()
     elif "view=help" not in view.query:
         complete(explorer, 200)
-        searched(explorer, 200)
+        for head in view.searches:
+            explorer.page.locator(".statements h2").filter(has_text=head).wait_for(timeout=200_000)
     explorer.settle()
     return explorer
-
-
-def searched(explorer, seconds):
-    """Wait until a search of branches, where there is one, is over."""
-    section = explorer.page.locator("section.branches-list[data-running=true]")
-    wait_until(lambda: section.count() == 0, seconds, "all branches")
 
 
 # The picture has the size of its frame; it is drawn again when that changes.
@@ -234,9 +232,13 @@ def test_every_baseline_is_used(snapshots):
     assert data_files | pictures <= {path.name for path in FOLDER.iterdir()}
 
 
+COVER = "#8795a3"
+
+
 def steady(page, measured=False):
     """A screenshot that is the same twice; measured times are covered."""
-    options = {"animations": "disabled", "caret": "hide", "mask": [page.locator(".chip dd")], "mask_color": "#8795a3"}
+    chips = page.locator(".chip dd").filter(visible=True)  # what is folded has a box, too, where something else is
+    options = {"animations": "disabled", "caret": "hide", "mask": [chips], "mask_color": COVER}
     # Else digits show through the edge of the mask, and their width moves what stands beside them.
     fixed = "display: inline-block; width: 40px; overflow: hidden; white-space: nowrap; color: transparent"
     page.locator(".chip dd").evaluate_all("(each, fixed) => each.forEach(dd => { dd.style.cssText = fixed; })", fixed)

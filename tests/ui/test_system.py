@@ -85,7 +85,7 @@ def test_a_system_of_the_shelf_is_shown_and_moves_in_the_same_drawing(kept):
     assert " N/m" in explorer.page.locator(".lines").text_content()
     bodies = explorer.page.locator("svg.moving .reference .bob")
     assert bodies.count() == 1
-    phase = explorer.page.get_by_label("Phase τ/T in the last two periods")
+    phase = explorer.page.get_by_label("Phase τ/T in the periods that are shown")
     phase.fill("0")
     explorer.settle()
     before = bodies.first.get_attribute("x")

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import tomllib
 
 import pytest
@@ -70,6 +71,26 @@ def test_a_suggestion_is_offered_as_long_as_it_is_shown(kept):
     assert taken(explorer, "Suggestion as PNG")[1][:8] == b"\x89PNG\r\n\x1a\n"
     explorer.page.get_by_role("button", name="Close the result of the search").click()
     wait_until(lambda: "Suggestion" not in menu(explorer), what="a menu without it")
+
+
+@pytest.mark.parametrize("elsewhere", ["a point of the front", "a term", "a figure", "Escape in a field"])
+def test_the_menu_closes_from_elsewhere(kept, elsewhere):
+    explorer = kept.anew().explained()
+    page = explorer.page
+    if elsewhere == "a point of the front":
+        page.get_by_role("button", name="Suggest K, D, Δτ").click()
+        page.locator(".suggest[data-phase=done]").wait_for()
+    closing = {
+        "a point of the front": lambda: page.locator(".suggest circle").first.click(),
+        "a term": lambda: page.locator(".term").first.click(),
+        "a figure": lambda: page.get_by_role("figure", name=re.compile("Phase plot, body 1")).click(),
+        "Escape in a field": lambda: page.get_by_role("textbox", name=re.compile("K")).first.press("Escape"),
+    }
+    menu(explorer)
+    box = page.locator("details.take-away")
+    assert box.evaluate("menu => menu.open")
+    closing[elsewhere]()
+    wait_until(lambda: not box.evaluate("menu => menu.open"), what="the menu to close")
 
 
 def test_pictures_show_what_the_page_shows_after_a_move(kept, visit):

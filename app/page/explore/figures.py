@@ -10,8 +10,10 @@ import numpy as np
 from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource, FactorRange, Glyph, HBar, LegendItem, Line, Scatter, Segment
 from bokeh.plotting import figure
+from vibroscope.app.explorer.compute import SHOWN_PERIODS, shown_periods
+from vibroscope.app.explorer.contact_count import contact_count, contact_share
 from vibroscope.app.explorer.field_units import unit_of
-from vibroscope.app.explorer.present import WINDOW, Columns, unit_factor
+from vibroscope.app.explorer.present import Columns, unit_factor
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.shared.curves import Axis, Curve, Curves, Plot, curve, inside
 from vibroscope.app.page.shared.figure import (
@@ -38,7 +40,6 @@ from vibroscope.app.page.shared.figure import (
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.ranges import extent, fitted_range
 from vibroscope.app.page.shared.seen import amount, amplitude, apart, largest, of_both, say
-from vibroscope.engine import counted, percent
 from vibroscope.engine.facts import Statement, joined, stated
 
 _STATE = ("x1", "v1", "x2", "v2")
@@ -121,7 +122,7 @@ class MotionView(Curves):
     """The five figures, and the curves of pinned results in them."""
 
     axes = {  # noqa: RUF012 - read only
-        "time": Axis(0, WINDOW),
+        "time": Axis(0, SHOWN_PERIODS),
         **{name: Axis(-8, 8) for name in ("x1", "x2")},
         **{name: Axis(-8, 8, headroom=0.16) for name in ("v1", "v2")},
         "displacement": Axis(-10, 10, headroom=0.16),
@@ -210,7 +211,7 @@ class MotionView(Curves):
         room = {"min_border_right": RIGHT, "min_border_bottom": 4, "height": 70}
         plot = make_figure(_STRIP, name="strip", **axes, **room, **BARE)  # with a title for screen readers
         for solver, (colour, hatch, alpha) in _BARS.items():
-            background = ColumnDataSource({"right": np.array([WINDOW], float)})
+            background = ColumnDataSource({"right": np.array([SHOWN_PERIODS], float)})
             self._backgrounds.append(background)
             where = {"y": value(solver), "right": "right", "height": 0.6}
             add_glyph(plot, HBar(left=0, fill_color="#F1F3F5", line_color=None, **where), background)
@@ -290,7 +291,7 @@ class MotionView(Curves):
     def update_displacements(self, setting: Setting, fresh: bool) -> None:
         """As `update`, for the displacements and the strip alone."""
         for background in self._backgrounds:
-            write(background, {"right": np.array([WINDOW * setting.period], float)})
+            write(background, {"right": np.array([shown_periods(setting) * setting.period], float)})
         self.figures["displacement"].xaxis[0].axis_label = time_label(setting)
         self._name_curves(setting)
         say(self.figures["strip"], _STRIP, self._seen_in_strip(setting))
@@ -323,7 +324,7 @@ class MotionView(Curves):
         row = 0 if setting.coordinate == "xi1" else 1
         count = len(series["total"][row]) if series else 0
         factor = np.float32(unit_factor("displacement", setting))
-        columns = {"t": np.linspace(0, WINDOW * setting.period, count, dtype=np.float32)}
+        columns = {"t": np.linspace(0, shown_periods(setting) * setting.period, count, dtype=np.float32)}
         columns |= {
             name: factor * series[name][row] if name in series else np.full(count, np.nan, "f4") for name in PARTS
         }
@@ -354,8 +355,9 @@ class MotionView(Curves):
 
         def words(solver: str) -> str:
             spans = self.sources[f"strip_{solver}"].data
-            share = float((spans["right"] - spans["left"]).sum()) / (WINDOW * setting.period)
-            return f"{solver} {counted(len(spans['left']), 'contact')}, {percent(share)} of the time"
+            length = shown_periods(setting) * setting.period
+            number = contact_count(**spans, length=length, rigid=solver == "reference")
+            return f"{solver} {number}, {contact_share(**spans, length=length)} of the time"
 
         return "; ".join(map(words, SOLUTIONS))
 

@@ -1,22 +1,21 @@
-// The present instant of the last two periods, marked in every figure. The server is not involved.
+// The present instant of the periods that are shown, marked in every figure. The server is not involved.
 
 import { columnsOf, element, viewOf } from "../shared/dom.js";
 
-export const WINDOW = 2; // periods, as in present.py
 export const TIME_FIGURES = ["displacement", "strip", "force"];
 export const MARKED = [...TIME_FIGURES, "phase1", "phase2"];
 export const SOLVERS = ["reference", "penalty"];
 
 // The states at one instant, interpolated from the columns of the displacement figure.
 export class Instant {
-  constructor(time, { absolute, amplitude, system }) {
+  constructor(time, { absolute, amplitude, system, window }) {
     this.time = time;
     this.columns = columnsOf("displacements");
     const count = this.columns.t?.length ?? 0;
-    const at = Math.min(Math.max(time / WINDOW, 0), 1) * (count - 1);
+    const at = Math.min(Math.max(time / window, 0), 1) * (count - 1);
     this.index = Math.min(Math.floor(at), count - 2);
     this.share = at - this.index;
-    this.period = periodOf(this.columns);
+    this.period = periodOf(this.columns, window);
     this.base = amplitude * system.base * Math.cos(2 * Math.PI * time + system.phase);
     this.shift = absolute ? this.base : 0;
     this.ready = count > 1;
@@ -49,7 +48,7 @@ export class Instant {
 }
 
 // Length of an excitation period on the time axes: 1 where time is counted in periods.
-const periodOf = ({ t = [] }) => (t.length ? t[t.length - 1] / WINDOW : 1);
+const periodOf = ({ t = [] }, window) => (t.length ? t[t.length - 1] / window : 1);
 
 // An element over a figure, at a position in its data; it moves without a repaint of the figure.
 class Mark {
@@ -124,8 +123,8 @@ export class Marks {
   }
 }
 
-// Calls `onTime(time)` when the pointer is over a time figure, and `onLeave()` when it leaves.
-export function watchPointer(onTime, onLeave) {
+// `window`: how many periods are shown. Calls `onTime(time)` when the pointer is over a time figure, and `onLeave()` when it leaves.
+export function watchPointer(window, onTime, onLeave) {
   for (const name of TIME_FIGURES) {
     const view = viewOf(name);
     if (!view) continue;
@@ -134,8 +133,8 @@ export function watchPointer(onTime, onLeave) {
       const sx = event.clientX - canvas.left;
       const sy = event.clientY - canvas.top;
       if (!view.frame.bbox.contains(sx, sy)) return;
-      const time = view.frame.x_scale.invert(sx) / periodOf(columnsOf("displacements"));
-      if (time >= 0 && time <= WINDOW) onTime(time);
+      const time = view.frame.x_scale.invert(sx) / periodOf(columnsOf("displacements"), window());
+      if (time >= 0 && time <= window()) onTime(time);
     };
     // Browsers hold a move back until they begin a frame; what is done ahead of it does not delay that frame. They offer
     // this on secure pages only, and as often as the mouse reports: the first of a frame counts here.

@@ -129,11 +129,12 @@ class Overlay:
         return {f"Measurement {content['name']}": " ".join([*texts, *fitted.get("remarks", [])])}
 
     @property
-    def arguments(self) -> tuple[str, str]:
-        """Of the command: the name of the file and what was said of its columns; empty without a measurement."""
+    def arguments(self) -> tuple[str, str, bool]:
+        """Of the command: the file's name, what was said of its columns, and whether it has units; or no name."""
         if self._file is None:
-            return "", ""
-        return self._file.name, ", ".join(f"{name}={column}" for name, column in (self._file.columns or {}).items())
+            return "", "", False
+        columns = ", ".join(f"{name}={column}" for name, column in (self._file.columns or {}).items())
+        return self._file.name, columns, self._file.in_units
 
     def cancel(self) -> None:
         """Another setting will be shown: stop."""

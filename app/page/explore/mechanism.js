@@ -1,6 +1,6 @@
 // The animated system: the reference filled, the penalty solution as an outline over it.
 
-import { Instant, MARKED, Marks, SOLVERS, TIME_FIGURES, WINDOW, watchPointer } from "./instant.js";
+import { Instant, MARKED, Marks, SOLVERS, TIME_FIGURES, watchPointer } from "./instant.js";
 import { SystemDrawing } from "../shared/bodies.js";
 import { alignFrames, button, columnsOf, element, follow, listen, modelOf, oncePer, viewOf, whenever } from "../shared/dom.js";
 
@@ -71,8 +71,8 @@ class Player {
     this.animating = false; // an animation frame is requested
     this.element = element("div", "player");
     this.button = button("▶", "Play", () => this.chosen(() => this.play(!this.playing)), "play");
-    this.slider = element("input", "", "", { "aria-label": "Phase τ/T in the last two periods" });
-    Object.assign(this.slider, { type: "range", min: 0, max: WINDOW, step: 0.005, value: 0 });
+    this.slider = element("input", "", "", { "aria-label": "Phase τ/T in the periods that are shown" });
+    Object.assign(this.slider, { type: "range", min: 0, max: model.window, step: 0.005, value: 0 });
     this.slider.addEventListener("input", () => this.chosen(() => { this.play(false); this.go(Number(this.slider.value)); }));
     this.readout = element("output", "readout", "time 0.000 T");
     this.speed = 0.1; // periods a second
@@ -81,8 +81,8 @@ class Player {
 
   // Copies what each instant needs: to read a value of the model takes as long as to draw the bodies.
   read() {
-    const { absolute, amplitude, system } = this.model;
-    this.values = { absolute, amplitude, system };
+    const { absolute, amplitude, system, window } = this.model;
+    this.values = { absolute, amplitude, system, window };
   }
 
   // Begins when the figures are there.
@@ -93,14 +93,15 @@ class Player {
       this.read();
       this.drawing.draw();
       this.drawing.fit(columnsOf("displacements"));
-      this.go(this.time);
+      this.slider.max = this.values.window;
+      this.go(Math.min(this.time, this.values.window));
     });
     // The flash depends on the contact strips, which may change after the displacements.
     for (const name of ["displacements", ...SOLVERS.map((solver) => `strip_${solver}`)]) {
       modelOf(name).properties.data.change.connect(changed);
     }
-    for (const name of ["absolute", "amplitude", "system"]) this.model.on(name, changed);
-    watchPointer((time) => { this.held = true; this.go(time); }, () => this.release());
+    for (const name of ["absolute", "amplitude", "system", "window"]) this.model.on(name, changed);
+    watchPointer(() => this.values.window, (time) => { this.held = true; this.go(time); }, () => this.release());
     new IntersectionObserver(([{ isIntersecting }]) => {
       this.visible = isIntersecting;
       this.animate();
@@ -109,7 +110,7 @@ class Player {
     listen("play", () => this.chosen(() => this.play(!this.playing)));
     listen("step", ({ value }) => this.chosen(() => {
       this.play(false);
-      this.go((this.time + value * STEP + WINDOW) % WINDOW);
+      this.go((this.time + value * STEP + this.values.window) % this.values.window);
     }));
     listen("moving", ({ value }) => { this.moving = value; this.animate(); });
     if (this.model.held !== null) this.time = this.model.held;
@@ -157,7 +158,7 @@ class Player {
       requestAnimationFrame(frame);
       const passed = last === null ? 0 : Math.min((now - last) / 1000, 0.1);
       last = now;
-      this.go((this.time + passed * this.speed) % WINDOW);
+      this.go((this.time + passed * this.speed) % this.values.window);
     };
     requestAnimationFrame(frame);
   }

@@ -6,14 +6,13 @@ from typing import ClassVar
 
 import panel as pn
 from vibroscope.app.explorer.closed_orbit import FARTHEST, LONGEST, SOLVERS, ClosedOrbit
-from vibroscope.app.explorer.compute import JobQueue, RunPair, cached_runs
+from vibroscope.app.explorer.compute import JobQueue, RunPair, cached_runs, shown_periods
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.explanation import AloneFacts, Explanation
 from vibroscope.app.explorer.link import LINEAR, View
 from vibroscope.app.explorer.measured import Placed
 from vibroscope.app.explorer.method_words import name_of_integrator
 from vibroscope.app.explorer.motion_kind import Kinds
-from vibroscope.app.explorer.present import WINDOW
 from vibroscope.app.explorer.presets import scene_key
 from vibroscope.app.explorer.shipped import shipped_result
 from vibroscope.app.explorer.state import Setting
@@ -38,6 +37,7 @@ from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.tab import COMPUTING, Look, Move, TabHost, TabView, number
 from vibroscope.app.page.updates import prepare_in_worker
 from vibroscope.engine import Units
+from vibroscope.engine.simulate import LONGEST_FLIGHT
 
 _GRID = "explore-grid"  # a class of `explore.css`
 # Entries of legends that come after those of pins.
@@ -122,7 +122,7 @@ class Explore(TabView):
         periods = {name: f"Periods of a motion of the {solver}" for name, solver in SOLVERS.items()}
         orbit = [number(name, label, (1, LONGEST), whole=True) for name, label in periods.items()]
         orbit.append(number("orbit_xi1", "Its ξ₁", (-FARTHEST, FARTHEST)))
-        return {"numbers": [number("phase", "Phase τ/T", (0, WINDOW)), *orbit]}
+        return {"numbers": [number("phase", "Phase τ/T", (0, LONGEST_FLIGHT)), *orbit]}
 
     def restore(self, view: View) -> None:
         """See `TabView.restore`."""
@@ -275,7 +275,7 @@ class Explore(TabView):
         fresh = self._fresh or (bool(scene) and scene != self._scene) or setting.scale != self._scale
         self._result, self._scene, self._scale, self._fresh = result, scene, setting.scale, False
         self._arrange(setting)
-        self.ranges["time"].put(0, WINDOW * setting.period, fresh=fresh)
+        self.ranges["time"].put(0, shown_periods(setting) * setting.period, fresh=fresh)
         self._measured.follow(setting)
         self._draw_points()
         self._draw_closed(setting)

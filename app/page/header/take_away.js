@@ -1,6 +1,6 @@
 // The take-away menu. All files come from the server, on request.
 
-import { button, element, fileField, inPage, labelled, listen, preferences } from "../shared/dom.js";
+import { button, closeFromElsewhere, element, fileField, inPage, labelled, listen, preferences } from "../shared/dom.js";
 
 const LARGEST_FILE = 65_536; // bytes
 const PARTS = /[^]{1,1900}/gu; // the server accepts no longer texts; `u`: no surrogate pair is cut
@@ -63,8 +63,7 @@ export function takeAwayMenu(model) {
     else save(file.name, new Blob([file.text ?? Uint8Array.from(atob(file.bytes), (letter) => letter.charCodeAt(0))], { type: file.type }));
   });
   box.append(head, panel);
-  document.addEventListener("keydown", (event) => { if (event.key === "Escape") box.open = false; });
-  document.addEventListener("click", (event) => { if (!event.composedPath().includes(box)) box.open = false; });
+  closeFromElsewhere(box);
   return { element: box, toggle: () => { box.open = !box.open; if (box.open) panel.querySelector("button").focus(); } };
 }
 

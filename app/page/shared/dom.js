@@ -94,6 +94,13 @@ export function onPress(node, act) {
   node.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") pressed(event); });
 }
 
+// Escape and a click elsewhere close an open menu, a `details`: also a click whose target lets nobody else have it.
+export function closeFromElsewhere(menu) {
+  const first = { capture: true };
+  document.addEventListener("keydown", (event) => { if (event.key === "Escape") menu.open = false; }, first);
+  document.addEventListener("click", (event) => { if (!event.composedPath().includes(menu)) menu.open = false; }, first);
+}
+
 // Entries of a list, from pairs of value and text.
 export const options = (pairs) => pairs.map(([value, text]) => Object.assign(element("option", "", text), { value }));
 

@@ -8,11 +8,11 @@ from bokeh.models import Line, Scatter
 from vibroscope.app.codes.catalogue import Code, codes
 from vibroscope.app.codes.rules import rules
 from vibroscope.app.codes.translation import translated_codes
-from vibroscope.app.explorer.compute import RunPair
+from vibroscope.app.explorer.compute import SHOWN_PERIODS, RunPair, shown_periods
 from vibroscope.app.explorer.explanation import describe, motion_texts
 from vibroscope.app.explorer.field_units import ShownField, beside_field, shown_content
 from vibroscope.app.explorer.method_words import name_of_method, words_of_method
-from vibroscope.app.explorer.present import WINDOW, present
+from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.tables import column_title
@@ -54,7 +54,7 @@ class YourCodeView(Curves):
     axes = {  # noqa: RUF012 - read only
         "x": Axis(-8, 8),
         "v": Axis(-8, 8, headroom=0.16),
-        "time": Axis(0, WINDOW),
+        "time": Axis(0, SHOWN_PERIODS),
         "displacement": Axis(-8, 8, headroom=0.16),
     }
     plots = {  # noqa: RUF012 - read only
@@ -95,7 +95,7 @@ class YourCodeView(Curves):
         )
         say(phase, name, of_both("amplitude", [*map(amplitude, swings)], "displacement", setting), setting)
         self.say("code_displacement", apart([np.subtract(*traces)], setting), setting)
-        self.ranges["time"].put(0, WINDOW * setting.period, fresh=fresh)
+        self.ranges["time"].put(0, shown_periods(setting) * setting.period, fresh=fresh)
         self.follow("x", "v", "displacement", fresh=fresh)
 
 
@@ -126,7 +126,7 @@ class YourCode(StudyView):
     }
     pictures = (
         Figure("code_phase", "Phase plot of your code", "Velocity over displacement, with the reference."),
-        Figure("code_displacement", "Displacement of your code", "Displacement over the last two periods."),
+        Figure("code_displacement", "Displacement of your code", "Displacement over the periods that are shown."),
         Figure("code_rules", "Rules of thumb", "What each rule of thumb gives, and what follows.", drawn=False),
     )
 
@@ -246,7 +246,7 @@ class YourCode(StudyView):
         described = describe(result.runs)
         texts = {"penalty": described.penalty[0], "reference": described.reference[0]}
         if result.judged:
-            known = motion_texts(setting, result.judged[0].outcome.motions)  # with evidence
+            known = motion_texts(result.runs, result.judged[0].outcome.motions)  # with evidence
             texts |= known
         lines += [["Penalty", texts["penalty"]], ["Reference", texts["reference"]]]
         if result.judged:
