@@ -223,7 +223,7 @@ def brackets(number):
 
 def on_grid(found, system, method):
     """A run beside those of a comparison, (4, n) on their grid."""
-    run = simulate(system, 1.08, method, periods=found.runs.penalty.periods, keep=6, initial=found.initial)
+    run = simulate(system, 1.08, method, periods=found.runs.penalty.periods, keep=6, initial=found.question.initial)
     return samples_on_grid(run, replace(found.grid, periods=6)).reshape(4, -1)
 
 
