@@ -44,7 +44,7 @@ from vibroscope.engine import (
     transient_difference,
 )
 from vibroscope.engine.energy.events import EnergyBalance
-from vibroscope.engine.facts import Amount, joined, stated
+from vibroscope.engine.facts import Amount, joined, message_of, print_statement, stated
 from vibroscope.engine.transients.run import CYCLE, FREE_CYCLES
 
 # Of each pulse: the numbers after its size, their quantities, an example, and what it is.
@@ -93,7 +93,8 @@ def add(command: OneLineParser) -> None:
         "--shock-response",
         type=partial(span, quantity="frequency", example="A:B:N, as 5:500:100, or '5 Hz:500 Hz:100'"),
         metavar="A:B:N",
-        help="with --write: N natural frequencies of body 1 from A to B; largest motion with the stop and without it",
+        help="with --write: N natural frequencies of body 1 from A to B, by its spring; the largest motion of body 1 "
+        "with the stop and alone. Its damping ratio, the clearances, K, D, the time step and body 2 stay",
     )
     add("--write", metavar="FILE.csv", help="where --shock-response goes")
     add_units_option(command)
@@ -226,9 +227,12 @@ def _write_history(path: str, runs: dict[str, Transient], units: Units | None) -
 
 def _write_shock_response(options: argparse.Namespace, load: Load, method: Method) -> None:
     low, high, count = options.shock_response
-    ratios = spaced("frequency", low, high, int(count), logarithmic=True)
-    found = shock_response(options.file.system, load, ratios, method)
-    units, columns = wanted_units(options), dict(vars(found))
+    ratios, units = spaced("frequency", low, high, int(count), logarithmic=True), wanted_units(options)
+    try:
+        found = shock_response(options.file.system, load, ratios, method)
+    except ValueError as error:
+        raise ValueError(print_statement(message_of(error), units)) from None
+    columns = dict(vars(found))
     if units is not None:
         columns = {"frequency" if name == "ratio" else name: values for name, values in columns.items()}
         quantities = {name: name.partition("_")[0] for name in columns}

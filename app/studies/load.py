@@ -105,6 +105,8 @@ class PartialRuns:
         Why there is no difference, or no run.
     response : dict of str to ndarray
         Columns of :class:`engine.ShockResponse`, of the first of `RATIOS`.
+    unanswered : str or Statement
+        Why it goes no further.
     curves : dict of (str, str) to (ndarray, ndarray)
         τ and a quantity of a solver, or the load, as figures draw them: least and greatest in each short while.
     share : float
@@ -117,6 +119,7 @@ class PartialRuns:
     contact: str = ""
     ended: str | Statement = ""
     response: dict[str, np.ndarray] = field(default_factory=dict)
+    unanswered: str | Statement = ""
     curves: dict[tuple[str, str], tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
     share: float = _REFERENCE
 
@@ -200,7 +203,11 @@ def grow_load(question: LoadQuestion, last: PartialRuns | None, cancelled: Calla
     done = len(result.response.get("ratio", ()))
     while result.load is not None and question.responds and done < len(RATIOS):
         some = RATIOS[done : done + _AT_ONCE]
-        more = vars(shock_response(*given, some, question.responding, cancelled=cancelled))
+        try:
+            more = vars(shock_response(*given, some, question.responding, cancelled=cancelled))
+        except ValueError as error:  # a number is out of range beside one of these frequencies
+            yield replace(result, unanswered=message_of(error), share=1.0)
+            return
         response = {name: np.append(result.response.get(name, ()), values) for name, values in more.items()}
         done += len(some)
         result = replace(result, response=response, share=_BOTH + (1.0 - _BOTH) * done / len(RATIOS))

@@ -104,6 +104,12 @@ def test_the_shock_response_is_that_of_the_engine_and_stands_in_its_figure(shown
     assert tab.view.figures["load_shock"].title.text.startswith("Shock response: ")
 
 
+def test_a_shock_response_that_goes_out_of_range_says_where(shown):
+    tab = shown(SETTING._replace(bodies="two", kappa=0.005, mass_ratio=1.0))
+    assert 30 <= len(tab.result.response["ratio"]) < 41
+    assert "of body 1: kappa = " in tab.words()["Shock response"]
+
+
 def test_a_penalty_solution_with_too_many_steps_leaves_the_reference_and_says_why(shown):
     tab = shown(SETTING._replace(steps=10**6), on="force1", duration="1e4", free="0")
     assert "take fewer steps" in tab.words()["Do they agree?"]

@@ -122,6 +122,47 @@ def test_history_and_shock_response_are_files(box, tmp_path):
     assert all(float(row[1]) <= float(row[3]) + 1e-12 for row in rows)  # the stop holds the body back
 
 
+TWO = """\
+[physical]
+mass1_kg = 2.4
+frequency1_Hz = 12.5
+damping1_ratio = 0.02
+mass2_kg = 0.9
+frequency2_Hz = 30.0
+damping2_ratio = 0.02
+clearance_mm = 0.2
+restitution = 0.6
+base_amplitude_mm = 0.5
+"""
+
+
+@pytest.mark.parametrize("sheet", [BOX + "base_amplitude_mm = 1.0\n", TWO], ids=["wall", "pair"])
+def test_a_line_of_the_shock_response_is_what_is_printed_of_a_file_with_that_frequency(sheet, tmp_path, capsys):
+    """The spring of body 1 alone is another one: K, D and the step have the same units as on the command line."""
+    path, written = tmp_path / "sheet.toml", tmp_path / "srs.csv"
+    path.write_text(sheet)
+    load = ["--base-half-sine=-30 g,11 ms", *CONTACT, "--steps", "0.05 ms", "--units"]
+    command = ["transient", "--system", str(path), *load]
+    assert main([*command, "--shock-response", "10 Hz:40 Hz:3", "--write", str(written)]) == 0
+    with written.open(newline="") as file:
+        rows = [{name: float(cell) for name, cell in row.items()} for row in csv.DictReader(file)]
+    own = next(line for line in sheet.splitlines() if line.startswith("frequency1_Hz"))
+    for row, frequency in zip(rows, (10.0, 20.0, 40.0), strict=True):
+        path.write_text(sheet.replace(own, f"frequency1_Hz = {frequency}"))
+        capsys.readouterr()
+        assert main([*command, "--json"]) == 0
+        peaks = json.loads(capsys.readouterr().out)["physical"]["penalty"]
+        seen = [row[name] for name in ("displacement [m]", "acceleration [m/s²]", "impulse [N·s]")]
+        assert seen == pytest.approx([peaks[name] for name in ("displacement1", "acceleration1", "impulse")], rel=1e-6)
+        assert row["frequency [Hz]"] == pytest.approx(frequency)
+
+
+def test_a_shock_response_that_is_out_of_range_names_the_frequency(box, tmp_path, capsys):
+    asked = [*box, "--base-half-sine=-30 g,11 ms", *CONTACT, "--steps", "1 ms", "--write", str(tmp_path / "s.csv")]
+    assert main([*asked, "--shock-response", "20 Hz:500 Hz:2"]) == 2
+    assert "natural frequency 500 Hz of body 1: its natural period has 2 time steps" in capsys.readouterr().err
+
+
 def test_a_measured_response_to_a_pulse_is_compared_and_fitted(box, tmp_path, capsys):
     pulse = ["--base-half-sine=-30 g,11 ms"]
     history, record = tmp_path / "history.csv", tmp_path / "record.csv"
