@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 from vibroscope.app.commands.compare_measured import add_measured_options, measured_report, refuse_without_measurement
-from vibroscope.app.commands.numbers import list_of, measured, span
+from vibroscope.app.commands.numbers import Measured, Read, list_of, measured, span
 from vibroscope.app.commands.options import (
     PENALTY_OPTIONS,
     SCHEME_OPTIONS,
@@ -57,12 +57,13 @@ PULSES = {
 KINDS = {"base": ("acceleration", "acceleration of the base"), "force": ("force", "force on a body")}
 MOTIONS = ("displacement", "velocity", "acceleration")
 HISTORY = {"time": "time", **{f"{what}{body}": what for what in MOTIONS for body in (1, 2)}, "force": "force"}
+_IN_HERTZ = "'5 Hz:500 Hz:100'"
 _EXAMPLES = """\
 examples:
   vibroscope transient --system box.toml --base-half-sine '30 g,11 ms' --units
   vibroscope transient --system box.toml --base-half-sine '30 g,11 ms' --K '1e6 N/m' --D '40 N s/m' --steps '0.1 ms'
   vibroscope transient --system pair.toml --base-record quake.csv --K '93 MN/m' --D '1 MN s/m' --history motion.csv
-  vibroscope transient --system box.toml --base-sawtooth '50 g,6 ms' --shock-response 5:500:100 --write srs.csv
+  vibroscope transient --system box.toml --base-sawtooth '50 g,6 ms' --shock-response '5 Hz:500 Hz:100' --write srs.csv
 """
 
 
@@ -91,13 +92,20 @@ def add(command: OneLineParser) -> None:
     add("--history", metavar="FILE.csv", help="also write displacements, velocities, accelerations and force over time")
     add(
         "--shock-response",
-        type=partial(span, quantity="frequency", example="A:B:N, as 5:500:100, or '5 Hz:500 Hz:100'"),
+        type=_frequencies,
         metavar="A:B:N",
         help="with --write: N natural frequencies of body 1 from A to B, by its spring; the largest motion of body 1 "
-        "with the stop and alone. Its damping ratio, the clearances, K, D, the time step and body 2 stay",
+        "with the stop and alone. Its damping ratio, the clearances, K, D, the time step and body 2 stay. Beside a "
+        f"system in physical units give {_IN_HERTZ}, else multiples of omega1, as 0.1:10:41",
     )
     add("--write", metavar="FILE.csv", help="where --shock-response goes")
     add_units_option(command)
+
+
+def _frequencies(text: str) -> tuple[Read, Read, float, bool]:
+    """``A:B:N``, and whether an end has a unit."""
+    low, high, count = span(text, "frequency", f"A:B:N, as {_IN_HERTZ}, or 0.1:10:41 in multiples of omega1")
+    return low, high, count, any(isinstance(end, Measured) for end in (low, high))
 
 
 def load_of(options: argparse.Namespace) -> Load:
@@ -131,7 +139,7 @@ def penalty_of(options: argparse.Namespace) -> Method | None:
 def run(options: argparse.Namespace) -> Report:
     """Run the reference, the penalty solution if K is given, and what else is asked for."""
     if (options.shock_response is None) != (options.write is None):
-        raise ValueError("--shock-response and --write go together: give frequencies, as 5:500:100, and a file")
+        raise ValueError(f"--shock-response and --write go together: give frequencies, as {_IN_HERTZ}, and a file")
     system, load, penalty, units = options.file.system, load_of(options), penalty_of(options), wanted_units(options)
     if options.measured is not None:
         note_unused(options, ["free", "energy", "history", "shock_response", "write"], "with --measured")
@@ -226,7 +234,12 @@ def _write_history(path: str, runs: dict[str, Transient], units: Units | None) -
 
 
 def _write_shock_response(options: argparse.Namespace, load: Load, method: Method) -> None:
-    low, high, count = options.shock_response
+    low, high, count, in_units = options.shock_response
+    if options.file.has_units and not in_units:
+        raise ValueError(
+            "--shock-response without a unit would count in multiples of omega1, and the system is in physical units: "
+            f"give each end its unit, as {_IN_HERTZ}"
+        )
     ratios, units = spaced("frequency", low, high, int(count), logarithmic=True), wanted_units(options)
     try:
         found = shock_response(options.file.system, load, ratios, method)

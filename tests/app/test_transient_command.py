@@ -188,3 +188,16 @@ def test_only_where_something_strikes_an_impact_is_explained(box, capsys):
     for peak, explained in (("30 g", True), ("0.01 g", False)):
         assert main([*box, "--base-half-sine", f"{peak},11 ms", *CONTACT, "--steps", "0.1 ms"]) == 0
         assert ("An impact of the reference has no duration" in capsys.readouterr().out) == explained
+
+
+def test_a_shock_response_counts_in_omega1_only_where_nothing_has_a_unit(box, tmp_path, capsys):
+    """5:500 in multiples of ω₁ = 20 Hz would have been 100 Hz to 10 kHz."""
+    written = tmp_path / "s.csv"
+    more = ["--shock-response", "0.5:2:3", "--write", str(written)]
+    assert main([*box, "--base-half-sine", "30 g,11 ms", *more]) == 2
+    assert "multiples of omega1" in capsys.readouterr().err
+    assert not written.exists()
+    assert main(["transient", "--base-half-sine=-3,2", *more]) == 0
+    with written.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["ratio"]) for row in rows] == pytest.approx([0.5, 1.0, 2.0])
