@@ -79,7 +79,7 @@ def add(command: OneLineParser) -> None:
         group.add_argument(f"--{what}-record", metavar="FILE", help=words)
     add = command.add_argument
     add("--logarithmic", action="store_true", help="a sweep grows by equal factors in equal times, not linearly")
-    add("--body", type=int, choices=(1, 2), default=1, help="the body that a force acts on (default %(default)s)")
+    add("--body", type=int, choices=(1, 2), help="the body that a force acts on (default 1)")
     words = f"time for which the run goes on after the load (default {FREE_CYCLES:g} natural periods of body 1)"
     add("--free", type=measured("time"), metavar="T", help=words)
     add_fields(command, *PENALTY_OPTIONS, *SCHEME_OPTIONS, "joint_damping", "threshold")
@@ -111,7 +111,7 @@ def _frequencies(text: str) -> tuple[Read, Read, float, bool]:
 def load_of(options: argparse.Namespace) -> Load:
     """The load that the options describe."""
     for what in KINDS:
-        on = what if what == "base" else f"{what}{options.body}"
+        on = what if what == "base" else f"{what}{options.body or 1}"
         path = getattr(options, f"{what}_record")
         if path is not None:
             return read_record(path, options.file.units, on, options.file.has_units)
@@ -141,6 +141,10 @@ def run(options: argparse.Namespace) -> Report:
     if (options.shock_response is None) != (options.write is None):
         raise ValueError(f"--shock-response and --write go together: give frequencies, as {_IN_HERTZ}, and a file")
     system, load, penalty, units = options.file.system, load_of(options), penalty_of(options), wanted_units(options)
+    if load.on == "base":
+        note_unused(options, ["body"], "on a motion of the base, which moves every body")
+    if options.base_sweep is None and options.force_sweep is None:
+        note_unused(options, ["logarithmic"], "on a load that is no sweep")
     if options.measured is not None:
         note_unused(options, ["free", "energy", "history", "shock_response", "write"], "with --measured")
         return measured_report(options, replace(system, excitation=replace(system.excitation, load=load)))

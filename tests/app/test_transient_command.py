@@ -201,3 +201,26 @@ def test_a_shock_response_counts_in_omega1_only_where_nothing_has_a_unit(box, tm
     with written.open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["ratio"]) for row in rows] == pytest.approx([0.5, 1.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("load", "option", "words"),
+    [
+        (["--base-half-sine", "30 g,11 ms"], ["--body", "2"], "--body has no effect on a motion of the base"),
+        (["--force-half-sine", "30 N,11 ms"], ["--logarithmic"], "--logarithmic has no effect on a load that is no sw"),
+        (["--force-sweep", "3 N,9 Hz,30 Hz,1 s"], ["--logarithmic", "--body", "1"], ""),
+    ],
+)
+def test_an_option_that_the_load_has_no_use_for_is_named(box, capsys, load, option, words):
+    assert main([*box, *load, *option]) == 0
+    said = capsys.readouterr().err
+    assert words in said
+    assert ("has no effect" in said) == bool(words)
+
+
+@pytest.mark.parametrize("more", [[], [*CONTACT, "--steps", "0.1 ms", "--measured", "m.csv"]], ids=["runs", "measured"])
+def test_a_force_on_a_wall_is_refused(box, tmp_path, monkeypatch, capsys, more):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "m.csv").write_text("\n".join(["time [s],xi1 [mm]", *(f"{0.01 * i},{i % 3}" for i in range(20))]))
+    assert main([*box, "--force-sawtooth", "30 N,11 ms", "--body", "2", *more]) == 2
+    assert "a force on body 2, which is a wall" in capsys.readouterr().err
