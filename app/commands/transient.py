@@ -57,6 +57,7 @@ PULSES = {
 KINDS = {"base": ("acceleration", "acceleration of the base"), "force": ("force", "force on a body")}
 MOTIONS = ("displacement", "velocity", "acceleration")
 HISTORY = {"time": "time", **{f"{what}{body}": what for what in MOTIONS for body in (1, 2)}, "force": "force"}
+_WITHOUT_STEP = "without a step"
 _IN_HERTZ = "'5 Hz:500 Hz:100'"
 _EXAMPLES = """\
 examples:
@@ -153,20 +154,23 @@ def run(options: argparse.Namespace) -> Report:
     given = {"free": FREE_CYCLES * CYCLE if options.free is None else options.free, "initial": options.initial}
     if options.shock_response is not None:
         _write_shock_response(options, load, penalty or reference)
-    runs, parts = {"reference": transient(system, load, reference, **given)}, None
+    runs, parts, exact = {"reference": transient(system, load, reference, **given)}, None, None
     if penalty is not None:
         runs["penalty"] = transient(system, load, penalty, **given)
         if all(each.ok for each in runs.values()):
-            parts = transient_difference(system, load, penalty, reference, **given).difference
+            found = transient_difference(system, load, penalty, reference, **given)
+            parts, exact = found.difference, found.exact if penalty.has_step else None
     if options.history:
         _write_history(options.history, runs, units)
     energies = {name: each.energy for name, each in runs.items() if options.energy and each.ok}
     data = {"load": _load_json(load)} | {name: _json(each, energies.get(name)) for name, each in runs.items()}
+    data["without_step"] = exact and peaks_json(exact.peaks)
     data["difference"] = parts and {"total": finite_or_none(parts.total), "parts": parts.parts}
     if units:
         physical = {name: peaks_json(peaks_in_units(each.peaks, units)) for name, each in runs.items() if each.ok}
+        physical["without_step"] = exact and peaks_json(peaks_in_units(exact.peaks, units))
         data["physical"] = {"units": unit_names(units, penalty or reference), **physical}
-    return Report(_lines(runs, load, energies, parts, units), data, units)
+    return Report(_lines(runs, load, energies, parts, exact, units), data, units)
 
 
 def _load_json(load: Load) -> dict[str, object]:
@@ -196,12 +200,14 @@ def _lines(
     load: Load,
     energies: dict[str, EnergyBalance],
     parts: Difference | None,
+    exact: Transient | None,
     units: Units | None,
 ) -> Iterator[Line]:
     whole = {name: each for name, each in runs.items() if each.ok}
     first = next(iter(runs.values())).response
     yield Row("load", words_of_load(load, first.window[1]))
-    yield from table_of_peaks({name: each.peaks for name, each in whole.items()}, units, first.system)
+    tabled = whole if exact is None else whole | {_WITHOUT_STEP: exact}
+    yield from table_of_peaks({name: each.peaks for name, each in tabled.items()}, units, first.system)
     for name, each in whole.items():
         yield Row(name, words_of_run(each))
         if name not in energies:
@@ -218,6 +224,8 @@ def _lines(
     if parts is not None:
         yield Row("difference", words_of_difference(parts), 110)
         yield from rows({"contact": words_of_contact(*runs.values())}, width=110)
+    if exact is not None:
+        yield f'What "penalty" has beyond "{_WITHOUT_STEP}" comes of its time step: K and D are the same.'
     yield "Displacements and velocities are relative to the base, accelerations absolute."
     if "reference" in whole:
         yield from filter(None, [impacts_note(whole["reference"].peaks)])

@@ -99,6 +99,8 @@ class PartialRuns:
         By solver, first the reference.
     difference : Difference or None
         Of the penalty solution and its parts.
+    exact : Transient or None
+        The penalty solution without a time step.
     contact : str
         What its contact alone gives of the restitution.
     ended : str or Statement
@@ -116,6 +118,7 @@ class PartialRuns:
     load: Load | None
     runs: dict[str, Transient]
     difference: Difference | None = None
+    exact: Transient | None = None
     contact: str = ""
     ended: str | Statement = ""
     response: dict[str, np.ndarray] = field(default_factory=dict)
@@ -194,7 +197,9 @@ def grow_load(question: LoadQuestion, last: PartialRuns | None, cancelled: Calla
                 run = None
         else:
             run = found.penalty
-            more = {"difference": found.difference, "contact": words_of_contact(result.runs["reference"], run)}
+            contact = words_of_contact(result.runs["reference"], run)
+            more = {"difference": found.difference, "exact": found.exact, "contact": contact}
+            _ = found.exact.peaks  # which the page has no time for
         share = _BOTH if question.responds else 1.0
         if run is not None:
             more |= {"runs": result.runs | {"penalty": run}, "curves": result.curves | drawn("penalty", run)}

@@ -224,3 +224,24 @@ def test_a_force_on_a_wall_is_refused(box, tmp_path, monkeypatch, capsys, more):
     (tmp_path / "m.csv").write_text("\n".join(["time [s],xi1 [mm]", *(f"{0.01 * i},{i % 3}" for i in range(20))]))
     assert main([*box, "--force-sawtooth", "30 N,11 ms", "--body", "2", *more]) == 2
     assert "a force on body 2, which is a wall" in capsys.readouterr().err
+
+
+def test_peaks_with_a_coarse_step_stand_beside_those_without_one(box, capsys):
+    """The time step makes a part of the largest contact force; without it K and D give what they give exactly."""
+    asked = [*box, "--base-half-sine=-30 g,11 ms", *CONTACT, "--units"]
+    assert main([*asked, "--json"]) == 0
+    exact = json.loads(capsys.readouterr().out)
+    assert exact["without_step"] is None
+    assert main([*asked, "--steps", "0.6 ms", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["without_step"] == pytest.approx(exact["penalty"]["peaks"], rel=1e-12)
+    with_step, true = (each["physical"]["penalty"] for each in (found, exact))
+    assert abs(with_step["contact_force"] / true["contact_force"] - 1) > 0.1
+    assert main([*asked, "--steps", "0.6 ms"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    head = next(line for line in lines if line.startswith("largest"))
+    assert head.split(maxsplit=3)[3].split("  ")[0] == "without a step"
+    for name in ("contact_force", "acceleration1"):
+        label = name.replace("_", " ").replace("1", " 1")
+        cells = next(line for line in lines if line.startswith(label)).removeprefix(label).split()
+        assert [float(cell) for cell in cells[1:3]] == pytest.approx([with_step[name], true[name]], rel=1e-3)

@@ -9,7 +9,7 @@ import panel as pn
 from bokeh.core.properties import value
 from bokeh.models import Line
 from vibroscope.app.explorer.field_units import ShownField, beside_field, unit_of
-from vibroscope.app.explorer.load_words import words_of_difference, words_of_load, words_of_run
+from vibroscope.app.explorer.load_words import words_of_difference, words_of_load, words_of_peak_force, words_of_run
 from vibroscope.app.explorer.measured import LARGEST_FILE
 from vibroscope.app.explorer.state import SOLVERS, Setting
 from vibroscope.app.export.formats import Figure, Series
@@ -288,6 +288,8 @@ class LoadTab(StudyView):
         lines = [["Load", sentence(words_of_load(result.load, end))]]
         if result.difference is not None:
             lines.insert(0, ["Do they agree?", f"They differ by {words_of_difference(result.difference)}."])
+        if result.exact is not None and (text := words_of_peak_force(result.runs["penalty"], result.exact)):
+            lines.append(["Largest contact force", stated("{}.", text)])
         if result.contact:
             lines.append(["Contact", sentence(result.contact)])
         elif result.ended:
