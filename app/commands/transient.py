@@ -44,7 +44,7 @@ from vibroscope.engine import (
     transient_difference,
 )
 from vibroscope.engine.energy.events import EnergyBalance
-from vibroscope.engine.facts import Amount, joined, message_of, print_statement, stated
+from vibroscope.engine.facts import Amount, Statement, joined, message_of, print_statement, stated
 from vibroscope.engine.transients.run import CYCLE, FREE_CYCLES
 
 # Of each pulse: the numbers after its size, their quantities, an example, and what it is.
@@ -212,15 +212,7 @@ def _lines(
         yield Row(name, words_of_run(each))
         if name not in energies:
             continue
-        energy = energies[name]
-        sums = {
-            "work of the load": energy.work,
-            "dampers": energy.dampers,
-            "contact": energy.contact + energy.impacts,
-            "not balanced": energy.residual,
-        }
-        terms = (stated("{} {}", label, Amount(float(value.sum()), "energy")) for label, value in sums.items())
-        yield Row("", stated("energy: {}", joined(", ", terms)))
+        yield Row("", stated("energy: {}", _words_of_energy(energies[name])))
     if parts is not None:
         yield Row("difference", words_of_difference(parts), 110)
         yield from rows({"contact": words_of_contact(*runs.values())}, width=110)
@@ -230,6 +222,18 @@ def _lines(
     if "reference" in whole:
         yield from filter(None, [impacts_note(whole["reference"].peaks)])
     yield from (f"{name}: {each.response.ending}" for name, each in runs.items() if not each.ok)
+
+
+def _words_of_energy(energy: EnergyBalance) -> Statement:
+    """Where the work of the load has gone, as an equation."""
+
+    def sum_of(sums: dict[str, np.ndarray]) -> Statement:
+        terms = (stated("{} {}", label, Amount(float(value.sum()), "energy")) for label, value in sums.items())
+        return joined(" + ", terms)
+
+    brought = {"work of the load": energy.work, "not balanced": energy.residual}
+    spent = {"dampers": energy.dampers, "contact": energy.contact + energy.impacts, "gain of the bodies": energy.gain}
+    return stated("{} = {}", sum_of(brought), sum_of(spent))
 
 
 def _write_history(path: str, runs: dict[str, Transient], units: Units | None) -> None:

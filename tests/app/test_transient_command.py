@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -245,3 +246,24 @@ def test_peaks_with_a_coarse_step_stand_beside_those_without_one(box, capsys):
         label = name.replace("_", " ").replace("1", " 1")
         cells = next(line for line in lines if line.startswith(label)).removeprefix(label).split()
         assert [float(cell) for cell in cells[1:3]] == pytest.approx([with_step[name], true[name]], rel=1e-3)
+
+
+@pytest.mark.parametrize("step", [[], ["--steps", "0.3 ms"]], ids=["exact", "steps"])
+def test_the_energies_that_are_printed_add_up(tmp_path, capsys, step):
+    """Without a damper of the body its gain is that of its free vibration, ½m(ωA)²."""
+    path = tmp_path / "box.toml"
+    path.write_text(BOX.replace("damping1_ratio = 0.05", "damping1_ratio = 0.0"))
+    load = ["--base-half-sine=-30 g,11 ms", *CONTACT, *step]
+    assert main(["transient", "--system", str(path), *load, "--energy", "--units"]) == 0
+    text = capsys.readouterr().out
+    lines = re.findall(r"energy: work of the load (\S+) J \+ not balanced (\S+) J = (.*)", text)
+    amplitudes = re.findall(r"\(amplitude\) body 1 (\S+) m", text)
+    assert len(lines) == len(amplitudes) == 2
+    for (work, created, spent), amplitude in zip(lines, amplitudes, strict=True):
+        dampers, contact, gain = (
+            float(re.search(rf"{name} (\S+) J", spent)[1]) for name in ("dampers", "contact", "gain of the bodies")
+        )
+        assert dampers == 0.0
+        assert dampers + contact + gain == pytest.approx(float(work) + float(created), rel=2e-3)
+        assert gain == pytest.approx(0.5 * 2.0 * (2 * math.pi * 20 * float(amplitude)) ** 2, rel=2e-3)
+    assert float(lines[0][1]) == pytest.approx(0.0, abs=1e-12)
