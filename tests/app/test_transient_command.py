@@ -267,3 +267,16 @@ def test_the_energies_that_are_printed_add_up(tmp_path, capsys, step):
         assert dampers + contact + gain == pytest.approx(float(work) + float(created), rel=2e-3)
         assert gain == pytest.approx(0.5 * 2.0 * (2 * math.pi * 20 * float(amplitude)) ** 2, rel=2e-3)
     assert float(lines[0][1]) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("head", ["time_s, acceleration_mm/s2", "t_s, a_mm/s²", "time_ms, acceleration_g", "t_s, f_kN"])
+def test_units_behind_an_underscore_are_those_in_brackets(box, tmp_path, capsys, head):
+    record, said = tmp_path / "a.csv", []
+    kind = "--force-record" if "f_" in head else "--base-record"
+    bracketed = ", ".join("{} [{}]".format(*cell.split("_")) for cell in head.split(", "))
+    for header in (head, bracketed):
+        record.write_text(f"{header}\n0, 0\n5, 3\n9, 0\n")
+        assert main([*box, kind, str(record), "--units"]) == 0
+        said.append(capsys.readouterr().out)
+    assert said[0] == said[1]
+    assert "without units" not in said[0]
