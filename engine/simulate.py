@@ -162,8 +162,11 @@ def simulate_load(
 def under_load(system: System, load: Load, method: Method, free: float) -> tuple[System, Method]:
     """The system under a load that ends ``free`` before the run, and the method with the steps of the whole run.
 
-    ``method.steps`` are given as those of a natural period of body 1.
+    ``method.steps`` are given as those of a natural period of body 1. Raises ValueError if a number is out of range, or
+    the load is a force on a wall.
     """
+    if load.on == "force2" and system.wall:
+        raise ValueError("the load is a force on body 2, which is a wall that nothing moves: give one on body 1")
     free = require("free", free, 0.0, 1e9, "give the time in 1/ω₁ for which the run goes on after the load")
     load = replace(load, length=load.end + free)
     if method.has_step:

@@ -88,7 +88,7 @@ def peaks_json(values: dict[str, float]) -> dict[str, float | None]:
 
 
 def table_of_peaks(found: dict[str, dict[str, float]], units: Units | None, system: System) -> Iterator[Line]:
-    """A table: each peak of one solution or both, and how far the second, the penalty solution, is off."""
+    """A table: each peak of each solution, and how far the second, the penalty solution, is off the first."""
     both = ("difference",) if len(found) > 1 else ()
     yield f"{'largest':{LABEL}}" + "".join(f"{name:>{COLUMN}}" for name in (*found, *both))
     struck = both and has_impacts(next(iter(found.values())))
@@ -99,7 +99,7 @@ def table_of_peaks(found: dict[str, dict[str, float]], units: Units | None, syst
         values = [column[name] for column in columns]
         label = name.replace("_", " ").replace("1", " 1").replace("2", " 2")
         cells = "".join(f"{written(value) if np.isfinite(value) else '-':>{COLUMN}}" for value in values)
-        off = f" {difference_text(name, values, struck) or '-':>{COLUMN - 1}}" if both else ""
+        off = f" {difference_text(name, values[:2], struck) or '-':>{COLUMN - 1}}" if both else ""
         yield f"{label:{LABEL}}{cells}{off}" + (f"  {units.unit(PEAKS[name])}" if units else "")
 
 

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 from vibroscope.app.commands.compare_measured import add_measured_options, measured_report, refuse_without_measurement
-from vibroscope.app.commands.numbers import list_of, measured, span
+from vibroscope.app.commands.numbers import Measured, Read, list_of, measured, span
 from vibroscope.app.commands.options import (
     PENALTY_OPTIONS,
     SCHEME_OPTIONS,
@@ -44,7 +44,7 @@ from vibroscope.engine import (
     transient_difference,
 )
 from vibroscope.engine.energy.events import EnergyBalance
-from vibroscope.engine.facts import Amount, joined, stated
+from vibroscope.engine.facts import Amount, Statement, joined, message_of, print_statement, stated
 from vibroscope.engine.transients.run import CYCLE, FREE_CYCLES
 
 # Of each pulse: the numbers after its size, their quantities, an example, and what it is.
@@ -57,12 +57,14 @@ PULSES = {
 KINDS = {"base": ("acceleration", "acceleration of the base"), "force": ("force", "force on a body")}
 MOTIONS = ("displacement", "velocity", "acceleration")
 HISTORY = {"time": "time", **{f"{what}{body}": what for what in MOTIONS for body in (1, 2)}, "force": "force"}
+_WITHOUT_STEP = "without a step"
+_IN_HERTZ = "'5 Hz:500 Hz:100'"
 _EXAMPLES = """\
 examples:
   vibroscope transient --system box.toml --base-half-sine '30 g,11 ms' --units
   vibroscope transient --system box.toml --base-half-sine '30 g,11 ms' --K '1e6 N/m' --D '40 N s/m' --steps '0.1 ms'
   vibroscope transient --system pair.toml --base-record quake.csv --K '93 MN/m' --D '1 MN s/m' --history motion.csv
-  vibroscope transient --system box.toml --base-sawtooth '50 g,6 ms' --shock-response 5:500:100 --write srs.csv
+  vibroscope transient --system box.toml --base-sawtooth '50 g,6 ms' --shock-response '5 Hz:500 Hz:100' --write srs.csv
 """
 
 
@@ -78,7 +80,7 @@ def add(command: OneLineParser) -> None:
         group.add_argument(f"--{what}-record", metavar="FILE", help=words)
     add = command.add_argument
     add("--logarithmic", action="store_true", help="a sweep grows by equal factors in equal times, not linearly")
-    add("--body", type=int, choices=(1, 2), default=1, help="the body that a force acts on (default %(default)s)")
+    add("--body", type=int, choices=(1, 2), help="the body that a force acts on (default 1)")
     words = f"time for which the run goes on after the load (default {FREE_CYCLES:g} natural periods of body 1)"
     add("--free", type=measured("time"), metavar="T", help=words)
     add_fields(command, *PENALTY_OPTIONS, *SCHEME_OPTIONS, "joint_damping", "threshold")
@@ -91,18 +93,26 @@ def add(command: OneLineParser) -> None:
     add("--history", metavar="FILE.csv", help="also write displacements, velocities, accelerations and force over time")
     add(
         "--shock-response",
-        type=partial(span, quantity="frequency", example="A:B:N, as 5:500:100, or '5 Hz:500 Hz:100'"),
+        type=_frequencies,
         metavar="A:B:N",
-        help="with --write: N natural frequencies of body 1 from A to B; largest motion with the stop and without it",
+        help="with --write: N natural frequencies of body 1 from A to B, by its spring; the largest motion of body 1 "
+        "with the stop and alone. Its damping ratio, the clearances, K, D, the time step and body 2 stay. Beside a "
+        f"system in physical units give {_IN_HERTZ}, else multiples of omega1, as 0.1:10:41",
     )
     add("--write", metavar="FILE.csv", help="where --shock-response goes")
     add_units_option(command)
 
 
+def _frequencies(text: str) -> tuple[Read, Read, float, bool]:
+    """``A:B:N``, and whether an end has a unit."""
+    low, high, count = span(text, "frequency", f"A:B:N, as {_IN_HERTZ}, or 0.1:10:41 in multiples of omega1")
+    return low, high, count, any(isinstance(end, Measured) for end in (low, high))
+
+
 def load_of(options: argparse.Namespace) -> Load:
     """The load that the options describe."""
     for what in KINDS:
-        on = what if what == "base" else f"{what}{options.body}"
+        on = what if what == "base" else f"{what}{options.body or 1}"
         path = getattr(options, f"{what}_record")
         if path is not None:
             return read_record(path, options.file.units, on, options.file.has_units)
@@ -130,8 +140,12 @@ def penalty_of(options: argparse.Namespace) -> Method | None:
 def run(options: argparse.Namespace) -> Report:
     """Run the reference, the penalty solution if K is given, and what else is asked for."""
     if (options.shock_response is None) != (options.write is None):
-        raise ValueError("--shock-response and --write go together: give frequencies, as 5:500:100, and a file")
+        raise ValueError(f"--shock-response and --write go together: give frequencies, as {_IN_HERTZ}, and a file")
     system, load, penalty, units = options.file.system, load_of(options), penalty_of(options), wanted_units(options)
+    if load.on == "base":
+        note_unused(options, ["body"], "on a motion of the base, which moves every body")
+    if options.base_sweep is None and options.force_sweep is None:
+        note_unused(options, ["logarithmic"], "on a load that is no sweep")
     if options.measured is not None:
         note_unused(options, ["free", "energy", "history", "shock_response", "write"], "with --measured")
         return measured_report(options, replace(system, excitation=replace(system.excitation, load=load)))
@@ -140,20 +154,23 @@ def run(options: argparse.Namespace) -> Report:
     given = {"free": FREE_CYCLES * CYCLE if options.free is None else options.free, "initial": options.initial}
     if options.shock_response is not None:
         _write_shock_response(options, load, penalty or reference)
-    runs, parts = {"reference": transient(system, load, reference, **given)}, None
+    runs, parts, exact = {"reference": transient(system, load, reference, **given)}, None, None
     if penalty is not None:
         runs["penalty"] = transient(system, load, penalty, **given)
         if all(each.ok for each in runs.values()):
-            parts = transient_difference(system, load, penalty, reference, **given).difference
+            found = transient_difference(system, load, penalty, reference, **given)
+            parts, exact = found.difference, found.exact if penalty.has_step else None
     if options.history:
         _write_history(options.history, runs, units)
     energies = {name: each.energy for name, each in runs.items() if options.energy and each.ok}
     data = {"load": _load_json(load)} | {name: _json(each, energies.get(name)) for name, each in runs.items()}
+    data["without_step"] = exact and peaks_json(exact.peaks)
     data["difference"] = parts and {"total": finite_or_none(parts.total), "parts": parts.parts}
     if units:
         physical = {name: peaks_json(peaks_in_units(each.peaks, units)) for name, each in runs.items() if each.ok}
+        physical["without_step"] = exact and peaks_json(peaks_in_units(exact.peaks, units))
         data["physical"] = {"units": unit_names(units, penalty or reference), **physical}
-    return Report(_lines(runs, load, energies, parts, units), data, units)
+    return Report(_lines(runs, load, energies, parts, exact, units), data, units)
 
 
 def _load_json(load: Load) -> dict[str, object]:
@@ -183,32 +200,40 @@ def _lines(
     load: Load,
     energies: dict[str, EnergyBalance],
     parts: Difference | None,
+    exact: Transient | None,
     units: Units | None,
 ) -> Iterator[Line]:
     whole = {name: each for name, each in runs.items() if each.ok}
     first = next(iter(runs.values())).response
     yield Row("load", words_of_load(load, first.window[1]))
-    yield from table_of_peaks({name: each.peaks for name, each in whole.items()}, units, first.system)
+    tabled = whole if exact is None else whole | {_WITHOUT_STEP: exact}
+    yield from table_of_peaks({name: each.peaks for name, each in tabled.items()}, units, first.system)
     for name, each in whole.items():
         yield Row(name, words_of_run(each))
         if name not in energies:
             continue
-        energy = energies[name]
-        sums = {
-            "work of the load": energy.work,
-            "dampers": energy.dampers,
-            "contact": energy.contact + energy.impacts,
-            "not balanced": energy.residual,
-        }
-        terms = (stated("{} {}", label, Amount(float(value.sum()), "energy")) for label, value in sums.items())
-        yield Row("", stated("energy: {}", joined(", ", terms)))
+        yield Row("", stated("energy: {}", _words_of_energy(energies[name])))
     if parts is not None:
         yield Row("difference", words_of_difference(parts), 110)
         yield from rows({"contact": words_of_contact(*runs.values())}, width=110)
+    if exact is not None:
+        yield f'What "penalty" has beyond "{_WITHOUT_STEP}" comes of its time step: K and D are the same.'
     yield "Displacements and velocities are relative to the base, accelerations absolute."
     if "reference" in whole:
         yield from filter(None, [impacts_note(whole["reference"].peaks)])
     yield from (f"{name}: {each.response.ending}" for name, each in runs.items() if not each.ok)
+
+
+def _words_of_energy(energy: EnergyBalance) -> Statement:
+    """Where the work of the load has gone, as an equation."""
+
+    def sum_of(sums: dict[str, np.ndarray]) -> Statement:
+        terms = (stated("{} {}", label, Amount(float(value.sum()), "energy")) for label, value in sums.items())
+        return joined(" + ", terms)
+
+    brought = {"work of the load": energy.work, "not balanced": energy.residual}
+    spent = {"dampers": energy.dampers, "contact": energy.contact + energy.impacts, "gain of the bodies": energy.gain}
+    return stated("{} = {}", sum_of(brought), sum_of(spent))
 
 
 def _write_history(path: str, runs: dict[str, Transient], units: Units | None) -> None:
@@ -225,10 +250,18 @@ def _write_history(path: str, runs: dict[str, Transient], units: Units | None) -
 
 
 def _write_shock_response(options: argparse.Namespace, load: Load, method: Method) -> None:
-    low, high, count = options.shock_response
-    ratios = spaced("frequency", low, high, int(count), logarithmic=True)
-    found = shock_response(options.file.system, load, ratios, method)
-    units, columns = wanted_units(options), dict(vars(found))
+    low, high, count, in_units = options.shock_response
+    if options.file.has_units and not in_units:
+        raise ValueError(
+            "--shock-response without a unit would count in multiples of omega1, and the system is in physical units: "
+            f"give each end its unit, as {_IN_HERTZ}"
+        )
+    ratios, units = spaced("frequency", low, high, int(count), logarithmic=True), wanted_units(options)
+    try:
+        found = shock_response(options.file.system, load, ratios, method)
+    except ValueError as error:
+        raise ValueError(print_statement(message_of(error), units)) from None
+    columns = dict(vars(found))
     if units is not None:
         columns = {"frequency" if name == "ratio" else name: values for name, values in columns.items()}
         quantities = {name: name.partition("_")[0] for name in columns}

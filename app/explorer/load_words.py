@@ -49,6 +49,19 @@ def words_of_difference(found: Difference) -> str:
     return f"{percent(found.total)} of the reference (rms of the displacements over the run): {parts}"
 
 
+def words_of_peak_force(penalty: Transient, exact: Transient) -> Statement | str:
+    """How the time step changes the largest contact force and acceleration; empty where nothing touches.
+
+    ``exact``: the same K and D without a time step.
+    """
+    found, true = penalty.peaks, exact.peaks
+    if not max(found["contact_force"], true["contact_force"]) > 0.0:
+        return ""
+    names = {"contact_force": "force", "acceleration1": "acceleration"}
+    values = [Amount(each[name], quantity) for name, quantity in names.items() for each in (found, true)]
+    return stated("{}, without a time step {}; largest acceleration of body 1 {}, without {}", *values)
+
+
 def words_of_contact(reference: Transient, penalty: Transient) -> str:
     """What K and D give of the restitution that is asked for; empty where nothing collides, or without a step."""
     run, speed = penalty.response, mean_closing_speed(reference.response)

@@ -108,12 +108,16 @@ class PartialRuns:
         By solver, first the reference.
     difference : Difference or None
         Of the penalty solution and its parts.
+    exact : Transient or None
+        The penalty solution without a time step.
     contact : str
         What its contact alone gives of the restitution.
     ended : str or Statement
         Why there is no difference, or no run.
     response : dict of str to ndarray
         Columns of :class:`engine.ShockResponse`, of the first of `RATIOS`.
+    unanswered : str or Statement
+        Why it goes no further.
     curves : dict of (str, str) to (ndarray, ndarray)
         τ and a quantity of a solver, or the load, as figures draw them: least and greatest in each short while.
     share : float
@@ -123,9 +127,11 @@ class PartialRuns:
     load: Load | None
     runs: dict[str, Transient]
     difference: Difference | None = None
+    exact: Transient | None = None
     contact: str = ""
     ended: str | Statement = ""
     response: dict[str, np.ndarray] = field(default_factory=dict)
+    unanswered: str | Statement = ""
     curves: dict[tuple[str, str], tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
     share: float = _REFERENCE
 
@@ -200,7 +206,9 @@ def grow_load(question: LoadQuestion, last: PartialRuns | None, cancelled: Calla
                 run = None
         else:
             run = found.penalty
-            more = {"difference": found.difference, "contact": words_of_contact(result.runs["reference"], run)}
+            contact = words_of_contact(result.runs["reference"], run)
+            more = {"difference": found.difference, "exact": found.exact, "contact": contact}
+            _ = found.exact.peaks  # which the page has no time for
         share = _BOTH if question.responds else 1.0
         if run is not None:
             more |= {"runs": result.runs | {"penalty": run}, "curves": result.curves | drawn("penalty", run)}
@@ -209,7 +217,11 @@ def grow_load(question: LoadQuestion, last: PartialRuns | None, cancelled: Calla
     done = len(result.response.get("ratio", ()))
     while result.load is not None and question.responds and done < len(RATIOS):
         some = RATIOS[done : done + _AT_ONCE]
-        more = vars(shock_response(*given, some, question.responding, cancelled=cancelled))
+        try:
+            more = vars(shock_response(*given, some, question.responding, cancelled=cancelled))
+        except ValueError as error:  # a number is out of range beside one of these frequencies
+            yield replace(result, unanswered=message_of(error), share=1.0)
+            return
         response = {name: np.append(result.response.get(name, ()), values) for name, values in more.items()}
         done += len(some)
         result = replace(result, response=response, share=_BOTH + (1.0 - _BOTH) * done / len(RATIOS))

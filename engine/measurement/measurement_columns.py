@@ -13,7 +13,7 @@ PAIRS = {"absolute": ("x1", "x2"), "relative": ("xi1", "xi2")}
 SERIES = "series"  # names the curve of a row in the files of the page, which count time in excitation periods
 _NAMES = {name: name for name in ("time", "x1", "x2", "xi1", "xi2", *ACCELERATIONS, "contact", "force", SERIES)}
 _NAMES["t"] = "time"
-_MORE_NAMES = ("disp", "displacement", "acc", "acceleration", "f")  # others behind which a unit may stand
+_MORE_NAMES = ("disp", "displacement", "a", "acc", "acceleration", "f")  # others behind which a unit may stand
 _WANTED = "time, x1, x2 (absolute) or xi1, xi2 (relative to the base) or a1, a2 (accelerations), contact, force"
 
 _SECONDS = {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "μs": 1e-6, "us": 1e-6, "min": 60.0, "sec": 1.0, "msec": 1e-3}
@@ -54,12 +54,11 @@ class Column:
 
 def name_and_unit(cell: str) -> tuple[str, str]:
     """Split a cell of a header such as "x1 [mm]", "x1 (mm)", "x1/mm" or "x1_mm" into name and unit, perhaps empty."""
-    name, *units = _HEADER.fullmatch(cell).groups()
-    unit = next((unit for unit in units if unit), "")
-    before, _, behind = name.rpartition("_")
-    if not unit and before.lower() in (*_NAMES, *_MORE_NAMES) and _is_unit(behind):
+    before, _, behind = cell.strip().rpartition("_")
+    if before.lower() in (*_NAMES, *_MORE_NAMES) and _is_unit(behind):
         return before, behind
-    return name, unit
+    name, *units = _HEADER.fullmatch(cell).groups()
+    return name, next((unit for unit in units if unit), "")
 
 
 def names_time(cell: str) -> bool:

@@ -23,12 +23,15 @@ class TransientDifference:
     Attributes
     ----------
     penalty, reference : Transient
+    exact : Transient
+        The penalty solution without a time step: what its K and D give.
     series : DifferenceSeries
         All four solutions at steps of the penalty solution, from τ = 0 on: no shifts, since all begin at once.
     """
 
     penalty: Transient
     reference: Transient
+    exact: Transient
     series: DifferenceSeries
 
     @property
@@ -89,6 +92,7 @@ def transient_difference(
         )
     of_own = {"free": free, "initial": initial, "cancelled": cancelled}
     first, second = transient(system, load, penalty, **of_own), transient(system, load, own, **of_own)
+    without_step = transient(system, load, penalty.limit, **of_own) if penalty.has_step else first
     methods = PerSolution(penalty, penalty.limit, Reference("derived", own.threshold), own)
     driven, stepped = under_load(system, load, penalty, free)
     record = samples_of(driven, stepped)
@@ -105,7 +109,7 @@ def transient_difference(
     time = grid.shares * driven.excitation.load.length
     runs = PerSolution(at_steps, exact, derived, ref)
     series = DifferenceSeries(time, runs, PerSolution(0, 0, 0, 0), rms(about_rest(ref[:2], system)), 1)
-    return TransientDifference(first, second, series)
+    return TransientDifference(first, second, without_step, series)
 
 
 def _rows(run: Response) -> np.ndarray:

@@ -244,7 +244,7 @@ def transient(
     Raises
     ------
     ValueError
-        If a number is out of range, or the method does not go with a load.
+        If a number is out of range, the method does not go with a load, or the load is a force on a wall.
     Cancelled
         If ``cancelled`` returned true.
 

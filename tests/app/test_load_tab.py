@@ -8,7 +8,7 @@ from vibroscope.app.export.scripts import load_command
 from vibroscope.app.page.study.load import LoadTab
 from vibroscope.app.page.tab import Move
 from vibroscope.app.studies.load import LoadQuestion, Pulse
-from vibroscope.engine import Load, Newmark, transient, transient_difference
+from vibroscope.engine import ExactPenalty, Load, Newmark, transient, transient_difference, written
 
 from tests.app.fakes import QueueingHost, send
 
@@ -116,6 +116,29 @@ def test_the_shock_response_is_that_of_the_engine_and_stands_in_its_figure(shown
     assert len(found.columns["ratio"]) == 41
     assert (found.columns["acceleration_without"] > 0).all()
     assert tab.view.figures["load_shock"].title.text.startswith("Shock response: ")
+
+
+def test_what_the_time_step_makes_of_the_contact_force_is_said(shown):
+    """A coarse step, and the peaks of the same K and D without one."""
+    setting = SETTING._replace(steps=200)
+    tab = shown(setting, kind="trapezoid", size="2", duration="4", rise="1")
+    stepped, exact = (
+        transient(setting.system, Load.trapezoid(2.0, 4.0, 1.0), method, free=25.0).peaks
+        for method in (Newmark(2500.0, 8.0, 400), ExactPenalty(2500.0, 8.0))
+    )
+    assert stepped["contact_force"] > 1.05 * exact["contact_force"]
+    force, acceleration = (
+        [written(each[name]) for each in (stepped, exact)] for name in ("contact_force", "acceleration1")
+    )
+    said = tab.words()["Largest contact force"]
+    assert said.startswith("{}, without a time step {}; ".format(*force))
+    assert said.endswith("{}, without {}.".format(*acceleration))
+
+
+def test_a_shock_response_that_goes_out_of_range_says_where(shown):
+    tab = shown(SETTING._replace(bodies="two", kappa=0.005, mass_ratio=1.0))
+    assert 30 <= len(tab.result.response["ratio"]) < 41
+    assert "of body 1: kappa = " in tab.words()["Shock response"]
 
 
 def test_a_penalty_solution_with_too_many_steps_leaves_the_reference_and_says_why(shown):

@@ -123,7 +123,10 @@ REFUSED = {
         --system box.toml --base-record missing.csv | missing.csv
         --system box.toml --base-record bare.csv | line 1 (no header) ... as time [s], a [m/s2]
         --system box.toml --base-sawtooth '50 g,6 ms' --write s.csv | go together
-        --system box.toml --force-sawtooth '5 N,6 ms' --shock-response 1:2:3 --write s.csv | motion of the base""",
+        --system box.toml --force-half-sine '50 N,6 ms' --body 2 | body 2, which is a wall ... give one on body 1
+        --system box.toml --force-sawtooth '5 N,6 ms' --shock-response '1 Hz:2 Hz:3' --write s.csv | motion of the base
+        --system box.toml --base-sawtooth '50 g,6 ms' --shock-response 5:500:100 --write s.csv | as '5 Hz:500 Hz:100'
+        --system box.toml --base-sawtooth '50 g,6 ms' --shock-response 5 --write s.csv | as '5 Hz:500 Hz:100', or""",
     "impact": """
         --K '0 N/mm' --restitution 0.5 | K = 0.0 (0 N/mm) is outside ... (1e-09 to 1e+09 N/mm): give a contact stiffness
         --restitution 0.5 | --K --permitted-penetration --permitted-force --materials --moreau-jean

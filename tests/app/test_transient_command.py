@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import re
 import shlex
 
 import numpy as np
@@ -142,6 +143,47 @@ def test_history_and_shock_response_are_files(box, tmp_path):
     assert all(float(row[1]) <= float(row[3]) + 1e-12 for row in rows)  # the stop holds the body back
 
 
+TWO = """\
+[physical]
+mass1_kg = 2.4
+frequency1_Hz = 12.5
+damping1_ratio = 0.02
+mass2_kg = 0.9
+frequency2_Hz = 30.0
+damping2_ratio = 0.02
+clearance_mm = 0.2
+restitution = 0.6
+base_amplitude_mm = 0.5
+"""
+
+
+@pytest.mark.parametrize("sheet", [BOX + "base_amplitude_mm = 1.0\n", TWO], ids=["wall", "pair"])
+def test_a_line_of_the_shock_response_is_what_is_printed_of_a_file_with_that_frequency(sheet, tmp_path, capsys):
+    """The spring of body 1 alone is another one: K, D and the step have the same units as on the command line."""
+    path, written = tmp_path / "sheet.toml", tmp_path / "srs.csv"
+    path.write_text(sheet)
+    load = ["--base-half-sine=-30 g,11 ms", *CONTACT, "--steps", "0.05 ms", "--units"]
+    command = ["transient", "--system", str(path), *load]
+    assert main([*command, "--shock-response", "10 Hz:40 Hz:3", "--write", str(written)]) == 0
+    with written.open(newline="") as file:
+        rows = [{name: float(cell) for name, cell in row.items()} for row in csv.DictReader(file)]
+    own = next(line for line in sheet.splitlines() if line.startswith("frequency1_Hz"))
+    for row, frequency in zip(rows, (10.0, 20.0, 40.0), strict=True):
+        path.write_text(sheet.replace(own, f"frequency1_Hz = {frequency}"))
+        capsys.readouterr()
+        assert main([*command, "--json"]) == 0
+        peaks = json.loads(capsys.readouterr().out)["physical"]["penalty"]
+        seen = [row[name] for name in ("displacement [m]", "acceleration [m/s²]", "impulse [N·s]")]
+        assert seen == pytest.approx([peaks[name] for name in ("displacement1", "acceleration1", "impulse")], rel=1e-6)
+        assert row["frequency [Hz]"] == pytest.approx(frequency)
+
+
+def test_a_shock_response_that_is_out_of_range_names_the_frequency(box, tmp_path, capsys):
+    asked = [*box, "--base-half-sine=-30 g,11 ms", *CONTACT, "--steps", "1 ms", "--write", str(tmp_path / "s.csv")]
+    assert main([*asked, "--shock-response", "20 Hz:500 Hz:2"]) == 2
+    assert "natural frequency 500 Hz of body 1: its natural period has 2 time steps" in capsys.readouterr().err
+
+
 def test_a_measured_response_to_a_pulse_is_compared_and_fitted(box, tmp_path, capsys):
     pulse = ["--base-half-sine=-30 g,11 ms"]
     history, record = tmp_path / "history.csv", tmp_path / "record.csv"
@@ -167,3 +209,94 @@ def test_only_where_something_strikes_an_impact_is_explained(box, capsys):
     for peak, explained in (("30 g", True), ("0.01 g", False)):
         assert main([*box, "--base-half-sine", f"{peak},11 ms", *CONTACT, "--steps", "0.1 ms"]) == 0
         assert ("An impact of the reference has no duration" in capsys.readouterr().out) == explained
+
+
+def test_a_shock_response_counts_in_omega1_only_where_nothing_has_a_unit(box, tmp_path, capsys):
+    """5:500 in multiples of ω₁ = 20 Hz would have been 100 Hz to 10 kHz."""
+    written = tmp_path / "s.csv"
+    more = ["--shock-response", "0.5:2:3", "--write", str(written)]
+    assert main([*box, "--base-half-sine", "30 g,11 ms", *more]) == 2
+    assert "multiples of omega1" in capsys.readouterr().err
+    assert not written.exists()
+    assert main(["transient", "--base-half-sine=-3,2", *more]) == 0
+    with written.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["ratio"]) for row in rows] == pytest.approx([0.5, 1.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("load", "option", "words"),
+    [
+        (["--base-half-sine", "30 g,11 ms"], ["--body", "2"], "--body has no effect on a motion of the base"),
+        (["--force-half-sine", "30 N,11 ms"], ["--logarithmic"], "--logarithmic has no effect on a load that is no sw"),
+        (["--force-sweep", "3 N,9 Hz,30 Hz,1 s"], ["--logarithmic", "--body", "1"], ""),
+    ],
+)
+def test_an_option_that_the_load_has_no_use_for_is_named(box, capsys, load, option, words):
+    assert main([*box, *load, *option]) == 0
+    said = capsys.readouterr().err
+    assert words in said
+    assert ("has no effect" in said) == bool(words)
+
+
+@pytest.mark.parametrize("more", [[], [*CONTACT, "--steps", "0.1 ms", "--measured", "m.csv"]], ids=["runs", "measured"])
+def test_a_force_on_a_wall_is_refused(box, tmp_path, monkeypatch, capsys, more):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "m.csv").write_text("\n".join(["time [s],xi1 [mm]", *(f"{0.01 * i},{i % 3}" for i in range(20))]))
+    assert main([*box, "--force-sawtooth", "30 N,11 ms", "--body", "2", *more]) == 2
+    assert "a force on body 2, which is a wall" in capsys.readouterr().err
+
+
+def test_peaks_with_a_coarse_step_stand_beside_those_without_one(box, capsys):
+    """The time step makes a part of the largest contact force; without it K and D give what they give exactly."""
+    asked = [*box, "--base-half-sine=-30 g,11 ms", *CONTACT, "--units"]
+    assert main([*asked, "--json"]) == 0
+    exact = json.loads(capsys.readouterr().out)
+    assert exact["without_step"] is None
+    assert main([*asked, "--steps", "0.6 ms", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["without_step"] == pytest.approx(exact["penalty"]["peaks"], rel=1e-12)
+    with_step, true = (each["physical"]["penalty"] for each in (found, exact))
+    assert abs(with_step["contact_force"] / true["contact_force"] - 1) > 0.1
+    assert main([*asked, "--steps", "0.6 ms"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    head = next(line for line in lines if line.startswith("largest"))
+    assert head.split(maxsplit=3)[3].split("  ")[0] == "without a step"
+    for name in ("contact_force", "acceleration1"):
+        label = name.replace("_", " ").replace("1", " 1")
+        cells = next(line for line in lines if line.startswith(label)).removeprefix(label).split()
+        assert [float(cell) for cell in cells[1:3]] == pytest.approx([with_step[name], true[name]], rel=1e-3)
+
+
+@pytest.mark.parametrize("step", [[], ["--steps", "0.3 ms"]], ids=["exact", "steps"])
+def test_the_energies_that_are_printed_add_up(tmp_path, capsys, step):
+    """Without a damper of the body its gain is that of its free vibration, ½m(ωA)²."""
+    path = tmp_path / "box.toml"
+    path.write_text(BOX.replace("damping1_ratio = 0.05", "damping1_ratio = 0.0"))
+    load = ["--base-half-sine=-30 g,11 ms", *CONTACT, *step]
+    assert main(["transient", "--system", str(path), *load, "--energy", "--units"]) == 0
+    text = capsys.readouterr().out
+    lines = re.findall(r"energy: work of the load (\S+) J \+ not balanced (\S+) J = (.*)", text)
+    amplitudes = re.findall(r"\(amplitude\) body 1 (\S+) m", text)
+    assert len(lines) == len(amplitudes) == 2
+    for (work, created, spent), amplitude in zip(lines, amplitudes, strict=True):
+        dampers, contact, gain = (
+            float(re.search(rf"{name} (\S+) J", spent)[1]) for name in ("dampers", "contact", "gain of the bodies")
+        )
+        assert dampers == 0.0
+        assert dampers + contact + gain == pytest.approx(float(work) + float(created), rel=2e-3)
+        assert gain == pytest.approx(0.5 * 2.0 * (2 * math.pi * 20 * float(amplitude)) ** 2, rel=2e-3)
+    assert float(lines[0][1]) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("head", ["time_s, acceleration_mm/s2", "t_s, a_mm/s²", "time_ms, acceleration_g", "t_s, f_kN"])
+def test_units_behind_an_underscore_are_those_in_brackets(box, tmp_path, capsys, head):
+    record, said = tmp_path / "a.csv", []
+    kind = "--force-record" if "f_" in head else "--base-record"
+    bracketed = ", ".join("{} [{}]".format(*cell.split("_")) for cell in head.split(", "))
+    for header in (head, bracketed):
+        record.write_text(f"{header}\n0, 0\n5, 3\n9, 0\n")
+        assert main([*box, kind, str(record), "--units"]) == 0
+        said.append(capsys.readouterr().out)
+    assert said[0] == said[1]
+    assert "without units" not in said[0]

@@ -9,7 +9,7 @@ import panel as pn
 from bokeh.core.properties import value
 from bokeh.models import Line
 from vibroscope.app.explorer.field_units import ShownField, beside_field, unit_of
-from vibroscope.app.explorer.load_words import words_of_difference, words_of_load, words_of_run
+from vibroscope.app.explorer.load_words import words_of_difference, words_of_load, words_of_peak_force, words_of_run
 from vibroscope.app.explorer.measured import LARGEST_FILE
 from vibroscope.app.explorer.state import SOLVERS, Setting
 from vibroscope.app.export.formats import Figure, Series
@@ -56,7 +56,7 @@ class LoadView(Curves):
         "ratio": Axis(
             float(RATIOS[0]), float(RATIOS[-1]), "natural frequency of body 1", "frequency", logarithmic=True
         ),
-        "response": Axis(0.0, 1.0, "largest acceleration", "acceleration"),
+        "response": Axis(0.0, 1.0, "largest acceleration of body 1", "acceleration"),
     }
     plots = {  # noqa: RUF012 - read only
         "load_course": _plot("load_course", "Load", "time", "load", {"load": ("", _ONE)}),
@@ -182,7 +182,9 @@ class LoadTab(StudyView):
         Figure("load_motion", "Displacements under the load", "Displacements of both solutions relative to the base."),
         Figure("load_force", "Contact force under the load", "Contact force of both solutions."),
         Figure(
-            "load_shock", "Shock response", "Largest acceleration over the natural frequency, with and without stop."
+            "load_shock",
+            "Shock response",
+            "Largest acceleration of body 1 over its natural frequency, with and without the stop; all else stays.",
         ),
         Figure("load_peaks", "Peaks under the load", "Largest values of both solutions.", drawn=False),
     )
@@ -217,7 +219,8 @@ class LoadTab(StudyView):
             },
             "hint": "Both solutions run from the start that is set; the load replaces harmonic motion and forces. "
             "Constant forces stay, and the time step is the one that is set. A record is CSV, as time [s], a [g], or "
-            ".AT2 of PEER. What needs a period (kind of motion, diagrams, branches, basins) has no meaning here.",
+            ".AT2 of PEER. In the shock response the spring of body 1 varies; its damping ratio, K, D and body 2 stay. "
+            "What needs a period (kind of motion, diagrams, branches, basins) has no meaning here.",
         }
 
     def away(self, setting: Setting) -> dict[str, list[str]]:
@@ -285,6 +288,8 @@ class LoadTab(StudyView):
         lines = [["Load", sentence(words_of_load(result.load, end))]]
         if result.difference is not None:
             lines.insert(0, ["Do they agree?", f"They differ by {words_of_difference(result.difference)}."])
+        if result.exact is not None and (text := words_of_peak_force(result.runs["penalty"], result.exact)):
+            lines.append(["Largest contact force", stated("{}.", text)])
         if result.contact:
             lines.append(["Contact", sentence(result.contact)])
         elif result.ended:
@@ -292,6 +297,8 @@ class LoadTab(StudyView):
         for solver, run in result.runs.items():
             text = stated("{}.", words_of_run(run)) if run.ok else sentence(run.response.ending)
             lines.append([f"{solver.capitalize()} solution", text])
+        if result.unanswered:
+            lines.append(["Shock response", sentence(result.unanswered)])
         return lines
 
     def table(self, name: str) -> list[Series]:
