@@ -2,8 +2,9 @@
 
 import argparse
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 
 from vibroscope.app.commands.codes import code_alone
@@ -93,7 +94,8 @@ def add(command: OneLineParser) -> None:
     add("--code", metavar="NAME", help=words)
     words = "how far the restitution may be off for the largest step, as 0.05 or 5 %% (default %(default)s)"
     add("--tolerance", type=share, default=CLOSE_TO_ASKED, metavar="F", help=words)
-    words = "also each integrator and contact status with the same numbers, and the steps that it needs (some seconds)"
+    words = "also each integrator and contact status with the same numbers, and the steps that it needs, row by row "
+    words += "(ten seconds, more with --force or a small --tolerance)"
     add("--schemes", action="store_true", help=words)
     words = "also from where to where around K and D the step is stable, gains no energy and has a solution"
     add("--bounds", action="store_true", help=words)
@@ -327,34 +329,32 @@ def _report(question: "Impact", options: argparse.Namespace, speeds: "np.ndarray
             data["bounds"]["damping"] = damping_bounds(question)._asdict()
         lines += list(_bounds_rows(data["bounds"], question))
         data["bounds"] = {name: _ends(bounds, name) for name, bounds in data["bounds"].items()}
-    if options.schemes:
-        table = _schemes(question, asked, options.tolerance)
-        data["schemes"] = table
-        lines += ["", *_table(table)]
-    return Report(lines, data, units)
+    if not options.schemes:
+        return Report(lines, data, units)
+
+    def table() -> Iterator[dict[str, object]]:
+        return _schemes(question, asked, options.tolerance)
+
+    return Report(chain(lines, [""], _table(table())), lambda: data | {"schemes": list(table())}, units)
 
 
-def _schemes(question: "Impact", asked: float, tolerance: float) -> list[dict[str, object]]:
+def _schemes(question: "Impact", asked: float, tolerance: float) -> Iterator[dict[str, object]]:
     """What each integrator and contact status gives, and the steps in a contact from which on it is close."""
     from vibroscope.app.explorer.impact_words import schemes
     from vibroscope.engine import largest_step
 
-    rows = []
     for one, found in schemes(question, asked):
         name, status = one.scheme
         largest = largest_step(one, tolerance, asked) if status else None
-        rows.append(
-            {
-                "integrator": name,
-                "status": status or None,
-                **_data(found, "restitution", "without_solution", "blown_up"),
-                "steps_per_contact": largest and largest.steps_per_contact,
-            }
-        )
-    return rows
+        yield {
+            "integrator": name,
+            "status": status or None,
+            **_data(found, "restitution", "without_solution", "blown_up"),
+            "steps_per_contact": largest and largest.steps_per_contact,
+        }
 
 
-def _table(rows: list[dict[str, object]]) -> Iterator[str]:
+def _table(rows: Iterable[dict[str, object]]) -> Iterator[str]:
     heads = f"{'least':>8}{'mean':>8}{'greatest':>10}{'no solution':>13}{'needs steps':>13}"
     yield f"{'integrator':<28}{'status':<10}{heads}"
     for row in rows:

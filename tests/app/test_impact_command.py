@@ -6,6 +6,8 @@ import json
 
 import numpy as np
 import pytest
+from vibroscope.app.commands.cli import build_parser
+from vibroscope.app.commands.numbers import resolve_units
 
 from tests.app.command_line import run_command
 
@@ -87,6 +89,15 @@ def test_all_integrators_and_statuses_stand_in_a_table(capsys):
     assert list(named["moreau-jean", None]["restitution"].values()) == pytest.approx([0.5] * 3)
     assert ("central-difference", "end") not in named
     assert named["newmark", "located"]["steps_per_contact"] < named["newmark", "start"]["steps_per_contact"]
+
+
+def test_the_rows_of_the_table_come_one_by_one():
+    words = ["impact", "--mass", "2 kg", "--speed", "3 m/s", "--K", "1e6", "--D", "400 N s/m", "--time-step", "1 ms"]
+    options = build_parser(["impact"]).parse_args([*words, "--force", "2 kN", "--schemes"])
+    resolve_units(options)
+    lines = iter(options.run(options).lines)
+    first = next(line for line in lines if str(line).startswith("newmark"))
+    assert first.split() == ["newmark", "start", "0.000", "0.000", "0.000", "-", "39.2"]
 
 
 def test_bands_are_csv(capsys):
