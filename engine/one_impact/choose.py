@@ -19,7 +19,7 @@ import numpy as np
 from vibroscope.engine.arguments import require
 from vibroscope.engine.drivers.alone import BLOWN_UP, Touches, parameters_alone
 from vibroscope.engine.drivers.step_maps import bodies_of, is_stable
-from vibroscope.engine.methods import DAMPING_RANGE, STIFFNESS_RANGE
+from vibroscope.engine.methods import contact_ranges
 from vibroscope.engine.one_impact.forward import GAINED, WithStep, impact
 from vibroscope.engine.one_impact.instants import (
     EDGE,
@@ -275,7 +275,8 @@ def stiffness_bounds(question: Impact) -> Bounds:
     >>> round(stiffness_bounds(Impact(explicit, 1.0, time_step=1e-3)).stable[1], -3)  # (2/Δt)²
     4000000.0
     """
-    return _bounds(lambda value: question.with_contact(stiffness=value), question.method.stiffness, STIFFNESS_RANGE)
+    span = contact_ranges(question.method.law)[0]
+    return _bounds(lambda value: question.with_contact(stiffness=value), question.method.stiffness, span)
 
 
 def damping_bounds(question: Impact) -> Bounds:
@@ -295,7 +296,8 @@ def damping_bounds(question: Impact) -> Bounds:
     """
     if not question.method.damping:
         raise ValueError("D is 0 or left out: give one around which to look")
-    return _bounds(lambda value: question.with_contact(damping=value), question.method.damping, DAMPING_RANGE)
+    span = contact_ranges(question.method.law)[1]
+    return _bounds(lambda value: question.with_contact(damping=value), question.method.damping, span)
 
 
 def _bounds(changed: Callable[[float], Impact], value: float, span: tuple[float, float]) -> Bounds:

@@ -81,6 +81,16 @@ def test_without_a_step_it_gives_what_the_law_gives(capsys):
     assert 0 < found["without_step"]["restitution"] < 1
 
 
+def test_steel_on_steel_has_a_stiffness_and_a_damper_in_units_of_its_law(capsys):
+    words = ("--law", "hunt-crossley", "--restitution", "0.6", "--speed", "0.3 m/s", "--time-step", "0.1 us")
+    for K in (9e11, 3.051e12):
+        found = answered(capsys, "--K", f"{K}", *words)
+        assert found["without_step"]["restitution"] == pytest.approx(0.6)
+        assert found["asked"]["damping"] > 2e12
+    err = run_command(capsys, "impact", "--K", "3e12", "--restitution", "0.6")[2]
+    assert "K = 3000000000000.0 is outside [1e-06, 1e+12]" in err
+
+
 def test_all_integrators_and_statuses_stand_in_a_table(capsys):
     words = (*KV, "--restitution", "0.5", "--steps-per-contact", "10", "--law", "cut", "--tolerance", "0.3")
     rows = answered(capsys, *words, "--schemes")["schemes"]
