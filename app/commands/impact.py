@@ -159,6 +159,8 @@ def _take_restitution(options: argparse.Namespace) -> None:
     if options.D is not None or options.restitution is not None:
         return
     if options.moving is None:
+        if options.K is not None:
+            _method_of(options, 0.0)  # which names a number out of range first
         raise ValueError("the contact has no damper: give --D or --restitution, or --system with a restitution in it")
     options.restitution = options.moving.system.restitution
     note(f"--restitution is that of --system, {options.restitution:g}")

@@ -81,6 +81,13 @@ def test_without_a_step_it_gives_what_the_law_gives(capsys):
     assert 0 < found["without_step"]["restitution"] < 1
 
 
+@pytest.mark.parametrize("value", ["nan", "0", "-1"])
+def test_a_stiffness_out_of_range_is_named_before_a_damper_that_is_missing(capsys, value):
+    status, _, err = run_command(capsys, "impact", "--K", value)
+    assert (status, f"K = {float(value)} is outside [1e-06, 1e+12]" in err) == (2, True)
+    assert "the contact has no damper" in run_command(capsys, "impact", "--K", "1e6")[2]
+
+
 def test_steel_on_steel_has_a_stiffness_and_a_damper_in_units_of_its_law(capsys):
     words = ("--law", "hunt-crossley", "--restitution", "0.6", "--speed", "0.3 m/s", "--time-step", "0.1 us")
     for K in (9e11, 3.051e12):
