@@ -21,6 +21,7 @@ from vibroscope.app.commands.options import (
 )
 from vibroscope.app.commands.parser import Command, OneLineParser, entries, option
 from vibroscope.app.commands.report import Report, Row, note
+from vibroscope.app.explorer.parameters import LAW_WORDS
 from vibroscope.engine import percent, written
 from vibroscope.engine.law_table import HERTZ
 from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
@@ -81,15 +82,20 @@ def add(command: OneLineParser) -> None:
     damper = command.add_mutually_exclusive_group()
     help_d = "contact damper, as '40 N s/m'; without a unit its half, as everywhere: the force is 2D times the speed"
     damper.add_argument("--D", type=measured("contact_damping"), metavar="F", help=help_d)
-    words = "in place of D: what the contact is to give without a step (default with --system: that of the file)"
+    words = "in place of D: what the contact alone is to give without a step, exactly and whatever the law's authors "
+    words += "have as its damper (default with --system: that of the file)"
     damper.add_argument("--restitution", type=share, metavar="F", help=words)
     step = command.add_mutually_exclusive_group()
     step.add_argument("--time-step", type=measured("time"), metavar="F", help="time step, as '0.1 ms'")
-    words = "in place of the time step: how many are in a contact, the half cycle of its spring with the damper"
+    words = "in place of the time step: how many are in a contact, the half cycle of its spring, with the damper if "
+    words += "that is linear"
     step.add_argument("--steps-per-contact", type=number, metavar="F", help=words)
     words = "constant force that presses the bodies together, such as a weight (default 0 N)"
     add("--force", type=measured("force"), default=0.0, metavar="F", help=words)
-    add_fields(command, *SCHEME_OPTIONS)
+    law, hysteretic = LAW_WORDS
+    words = f"{law}. With --restitution its damper is the one with which the contact alone has exactly that, and the "
+    words += "answer says what the damper gives that its authors' formula, which compare and simulate take, asks for. "
+    add_fields(command, *SCHEME_OPTIONS, law={"help": words + hysteretic})
     words = "with the integrator, the contact status and the law of this code of `vibroscope codes`"
     add("--code", metavar="NAME", help=words)
     words = "how far the restitution may be off for the largest step, as 0.05 or 5 %% (default %(default)s)"
@@ -282,6 +288,8 @@ def _report(question: "Impact", options: argparse.Namespace, speeds: "np.ndarray
     from vibroscope.app.explorer.impact_words import (
         advice,
         answer,
+        by_formula,
+        counted_as,
         over_speeds_of_motion,
         span_and_mean,
         steps_in_contact,
@@ -296,10 +304,14 @@ def _report(question: "Impact", options: argparse.Namespace, speeds: "np.ndarray
     }
     asked_for |= {"damping_ratio": question.ratio, "restitution": asked, "law": question.method.law}
     data = {"asked": asked_for, "without_step": _data(alone, *alone._fields)}
+    counted = counted_as(question) if question.time_step else ""
     lines = [
         Row("contact", _contact_text(question)),
+        *([Row("", counted, 110)] if counted else []),
         Row("without a step", f"restitution {written(alone.restitution)}, {_measures(alone)}, {_time(alone.time)}"),
     ]
+    if options.restitution is not None and (of_authors := by_formula(question, asked)):
+        lines += [Row("", of_authors, 110)]
     units = SI.units.of_contact(question.method)
     if not question.time_step:
         return Report(lines, data | {"with_step": None, "largest_step": None})

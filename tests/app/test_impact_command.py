@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from vibroscope.app.commands.cli import build_parser
 from vibroscope.app.commands.numbers import resolve_units
+from vibroscope.engine import ExactPenalty, System, effective_restitution
 
 from tests.app.command_line import run_command
 
@@ -72,6 +73,34 @@ def test_where_no_touch_has_a_result_there_are_no_numbers(capsys):
     assert "restitution none\n" in out
     assert "nan" not in out
     assert answered(capsys, *words)["with_step"]["restitution"] == dict.fromkeys(("least", "mean", "greatest"))
+
+
+def test_it_says_what_the_damper_of_the_laws_authors_would_give(capsys):
+    words = ("impact", "--K", "1e6", "--speed", "3 m/s")
+    out = run_command(capsys, *words, "--law", "hunt-crossley", "--restitution", "0.6")[1]
+    assert "restitution 0.6," in out
+    given = effective_restitution(System(restitution=0.6), ExactPenalty(1e6, None, "hunt-crossley"), 3.0)
+    assert f"by the formula of the law's authors, its damper gives {given:.2f}" in out
+    for more in (
+        ("--law", "constant-restitution", "--restitution", "0.6"),
+        ("--law", "flores", "--D", "1e5"),
+        ("--restitution", "0.6"),
+    ):
+        assert "authors" not in run_command(capsys, *words, *more)[1]
+    assert "With --restitution its damper is the one" in " ".join(run_command(capsys, "impact", "--help")[1].split())
+
+
+def test_it_says_what_steps_in_a_contact_count_where_the_contact_lasts_longer(capsys):
+    words = ("--mass", "2 kg", "--speed", "3 m/s", "--restitution", "0.6", "--time-step", "20 us")
+    hertz = (*words, "--permitted-force", "5 kN", "--law", "hunt-crossley")
+    found = answered(capsys, *hertz)
+    lasts = found["without_step"]["time_s"] / 20e-6
+    assert lasts > found["asked"]["steps_per_contact"] + 10
+    out = " ".join(run_command(capsys, "impact", *hertz)[1].split())
+    assert f"half a cycle of its spring alone; without a step the contact lasts {lasts:.0f} steps" in out
+    assert "half a cycle" not in run_command(capsys, "impact", *words, "--K", "1e6")[1]
+    pressed = run_command(capsys, "impact", *words, "--K", "1e6", "--force", "100 N")[1]
+    assert "half a cycle of its spring with the damper" in pressed
 
 
 def test_without_a_step_it_gives_what_the_law_gives(capsys):
