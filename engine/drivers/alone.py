@@ -238,7 +238,9 @@ class Touches:
     def _starts(self, instants: np.ndarray) -> np.ndarray:
         """Gap and its rate at the last step before each touch, (n, 2)."""
         t = instants * self.step
-        return np.column_stack([t + 0.5 * self.flight * t * t, -(1.0 + self.flight * t)])
+        starts = np.empty((len(t), 2))
+        starts[:, 0], starts[:, 1] = t + 0.5 * self.flight * t * t, -(1.0 + self.flight * t)
+        return starts
 
     def _run_located(self, start: np.ndarray, row: np.ndarray) -> None:
         """One contact whose steps are cut where it changes: over when the gap opens."""

@@ -139,15 +139,16 @@ def over_instants(touches: Touches, fineness: Fineness = FULL) -> Instants:
         same = (course == course[:, :1]).all(axis=(1, 2))
         short = instants[:, -1] - instants[:, 0] <= (fineness.edge if len(instants) < MANY else SHORT)
         accepted = (len(instants) > MOST) | (same & fits) | short
-        done += [(instants[k], found[k]) for k in np.flatnonzero(accepted)]
+        done.append((instants[accepted], found[accepted]))
         instants, found = instants[~accepted], found[~accepted]
         if not len(instants):
             break
         between = 0.5 * (instants[:, :-1] + instants[:, 1:])
         looked = follow(touches, between.ravel()).reshape(*between.shape, -1)
         instants, found = _halves(instants, between), _halves(found, looked)
-    done.sort(key=lambda piece: piece[0][0])
-    instant, found = (np.array(part) for part in zip(*done, strict=True))
+    instant, found = (np.concatenate(part) for part in zip(*done, strict=True))
+    order = np.argsort(instant[:, 0], kind="stable")
+    instant, found = instant[order], found[order]
     code = found[:, :, CODE]
     restitution = np.where(code == PARTED, found[:, :, SPEED], np.where(code == STUCK, 0.0, np.nan))
     return Instants(instant, restitution, *(found[:, :, k] for k in (DEPTH, PUSH, STEPS, CODE, NONE, TWO)))
