@@ -101,7 +101,7 @@ def add(command: OneLineParser) -> None:
     words = "how far the restitution may be off for the largest step, as 0.05 or 5 %% (default %(default)s)"
     add("--tolerance", type=share, default=CLOSE_TO_ASKED, metavar="F", help=words)
     words = "also each integrator and contact status with the same numbers, and the steps that it needs, row by row "
-    words += "(ten seconds, more with --force or a small --tolerance)"
+    words += "(ten seconds, twice that or more with --force or a small --tolerance)"
     add("--schemes", action="store_true", help=words)
     words = "also from where to where around K and D the step is stable, gains no energy and has a solution"
     add("--bounds", action="store_true", help=words)
