@@ -55,7 +55,7 @@ from vibroscope.engine.law_table import (
     powers_of,
     ratio_of_restitution,
 )
-from vibroscope.engine.methods import STEPS_RANGE, STIFFNESS_RANGE, ExactPenalty, Method, TimeStepping
+from vibroscope.engine.methods import STEPS_RANGE, ExactPenalty, Method, TimeStepping, contact_ranges
 from vibroscope.engine.model import System, check_eta
 
 SPEED_RANGE = (0.0, 1e9)
@@ -413,13 +413,13 @@ def equal_stiffness(system: System, method: Method, closing_speed: float) -> flo
     """
     if not method.damping:
         return math.nan
-    stiffness = method.stiffness
+    stiffness, (least, most) = method.stiffness, contact_ranges(method.law)[0]
     for _ in range(4):
         here, there = (equal_damping(system, method, factor * stiffness, closing_speed) for factor in (1.0, 2.0))
         if not (here > 0.0 and there > here):
             return math.nan
         stiffness *= (method.damping / here) ** (1.0 / math.log2(there / here))
-        if not STIFFNESS_RANGE[0] <= stiffness <= STIFFNESS_RANGE[1] / 2:
+        if not least <= stiffness <= most / 2:
             return math.nan
     return stiffness
 

@@ -47,6 +47,7 @@ JOINT_DAMPINGS = ("table", "derived")
 THRESHOLD_RANGE = (0.0, 1e3)
 STIFFNESS_RANGE = (1e-6, 1e12)
 DAMPING_RANGE = (0.0, 1e12)
+LARGEST_OF_POWER = 1e20  # K and D of a force that grows as a power of the depth, the units of which are other ones
 STEPS_RANGE = (4, 10_000_000)
 CONTACT_STATUSES = ("start", "end", "located")
 EXPONENT_RANGE = (1.0, 10.0)
@@ -410,12 +411,20 @@ def _shown_numbers(method: ExactPenalty | TimeStepping, *left_out: str) -> str:
     return f"{type(method).__name__}({', '.join(parts)})"
 
 
+def contact_ranges(law: str) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The ranges of K and of D of a contact law."""
+    if LAWS[law].exponent == 1.0:
+        return STIFFNESS_RANGE, DAMPING_RANGE
+    return (STIFFNESS_RANGE[0], LARGEST_OF_POWER), (DAMPING_RANGE[0], LARGEST_OF_POWER)
+
+
 def _check_contact(method: ExactPenalty | TimeStepping) -> None:
     law = one_of("law", method.law, CONTACT_LAWS)
-    k = require("K", method.stiffness, *STIFFNESS_RANGE, "give a contact stiffness; the paper uses 100 to 12000")
+    of_stiffness, of_damping = contact_ranges(law)
+    k = require("K", method.stiffness, *of_stiffness, "give a contact stiffness; the paper uses 100 to 12000")
     d = method.damping
     if d is not None or law not in LAWS_BY_RESTITUTION:
-        d = require("D", d, *DAMPING_RANGE, "give a contact damping; the paper uses 8 to 50")
+        d = require("D", d, *of_damping, "give a contact damping; the paper uses 8 to 50")
     n = require("exponent", method.exponent, *EXPONENT_RANGE, "give the power of the penetration, 1.5 for Hertz")
     set_fields(method, stiffness=k, damping=d, exponent=n)
     own = numbers_of(law)

@@ -192,7 +192,8 @@ def _write(form: Form, contact: Contact, around: Around, same: str, names: tuple
         depth = deepest_penetration(contact.stiffness, mass, speed, contact.exponent)
         fitted = replace(fitted, stiffness=0.5 * (exponent + 1.0) * mass * speed**2 / depth ** (exponent + 1.0))
         what = f"the exponent {written(exponent)} stands for {written(contact.exponent)}"
-        changed.append(f"{what}: K gives the same deepest penetration, {written(1e3 * depth)} mm at {speed:g} m/s")
+        same_depth = f"the same deepest penetration, {written(1e3 * depth)} mm at {speed:g} m/s"
+        changed.append(f"{what}: without dampers K gives {same_depth}")
     if LAWS[form.law].penetration:
         own = form.default_of("penetration")
         fitted = replace(fitted, penetration=contact.penetration or own)

@@ -2,8 +2,9 @@
 
 import argparse
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 
 from vibroscope.app.commands.codes import code_alone
@@ -20,6 +21,7 @@ from vibroscope.app.commands.options import (
 )
 from vibroscope.app.commands.parser import Command, OneLineParser, entries, option
 from vibroscope.app.commands.report import Report, Row, note
+from vibroscope.app.explorer.parameters import LAW_WORDS
 from vibroscope.engine import percent, written
 from vibroscope.engine.law_table import HERTZ
 from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
@@ -80,20 +82,26 @@ def add(command: OneLineParser) -> None:
     damper = command.add_mutually_exclusive_group()
     help_d = "contact damper, as '40 N s/m'; without a unit its half, as everywhere: the force is 2D times the speed"
     damper.add_argument("--D", type=measured("contact_damping"), metavar="F", help=help_d)
-    words = "in place of D: what the contact is to give without a step (default with --system: that of the file)"
+    words = "in place of D: what the contact alone is to give without a step, exactly and whatever the law's authors "
+    words += "have as its damper (default with --system: that of the file)"
     damper.add_argument("--restitution", type=share, metavar="F", help=words)
     step = command.add_mutually_exclusive_group()
     step.add_argument("--time-step", type=measured("time"), metavar="F", help="time step, as '0.1 ms'")
-    words = "in place of the time step: how many are in a contact, the half cycle of its spring with the damper"
+    words = "in place of the time step: how many are in a contact, the half cycle of its spring, with the damper if "
+    words += "that is linear"
     step.add_argument("--steps-per-contact", type=number, metavar="F", help=words)
     words = "constant force that presses the bodies together, such as a weight (default 0 N)"
     add("--force", type=measured("force"), default=0.0, metavar="F", help=words)
-    add_fields(command, *SCHEME_OPTIONS)
+    law, hysteretic = LAW_WORDS
+    words = f"{law}. With --restitution its damper is the one with which the contact alone has exactly that, and the "
+    words += "answer says what the damper gives that its authors' formula, which compare and simulate take, asks for. "
+    add_fields(command, *SCHEME_OPTIONS, law={"help": words + hysteretic})
     words = "with the integrator, the contact status and the law of this code of `vibroscope codes`"
     add("--code", metavar="NAME", help=words)
     words = "how far the restitution may be off for the largest step, as 0.05 or 5 %% (default %(default)s)"
     add("--tolerance", type=share, default=CLOSE_TO_ASKED, metavar="F", help=words)
-    words = "also each integrator and contact status with the same numbers, and the steps that it needs (some seconds)"
+    words = "also each integrator and contact status with the same numbers, and the steps that it needs, row by row "
+    words += "(ten seconds, twice that or more with --force or a small --tolerance)"
     add("--schemes", action="store_true", help=words)
     words = "also from where to where around K and D the step is stable, gains no energy and has a solution"
     add("--bounds", action="store_true", help=words)
@@ -157,6 +165,8 @@ def _take_restitution(options: argparse.Namespace) -> None:
     if options.D is not None or options.restitution is not None:
         return
     if options.moving is None:
+        if options.K is not None:
+            _method_of(options, 0.0)  # which names a number out of range first
         raise ValueError("the contact has no damper: give --D or --restitution, or --system with a restitution in it")
     options.restitution = options.moving.system.restitution
     note(f"--restitution is that of --system, {options.restitution:g}")
@@ -278,6 +288,8 @@ def _report(question: "Impact", options: argparse.Namespace, speeds: "np.ndarray
     from vibroscope.app.explorer.impact_words import (
         advice,
         answer,
+        by_formula,
+        counted_as,
         over_speeds_of_motion,
         span_and_mean,
         steps_in_contact,
@@ -292,10 +304,14 @@ def _report(question: "Impact", options: argparse.Namespace, speeds: "np.ndarray
     }
     asked_for |= {"damping_ratio": question.ratio, "restitution": asked, "law": question.method.law}
     data = {"asked": asked_for, "without_step": _data(alone, *alone._fields)}
+    counted = counted_as(question) if question.time_step else ""
     lines = [
         Row("contact", _contact_text(question)),
+        *([Row("", counted, 110)] if counted else []),
         Row("without a step", f"restitution {written(alone.restitution)}, {_measures(alone)}, {_time(alone.time)}"),
     ]
+    if options.restitution is not None and (of_authors := by_formula(question, asked)):
+        lines += [Row("", of_authors, 110)]
     units = SI.units.of_contact(question.method)
     if not question.time_step:
         return Report(lines, data | {"with_step": None, "largest_step": None})
@@ -327,34 +343,32 @@ def _report(question: "Impact", options: argparse.Namespace, speeds: "np.ndarray
             data["bounds"]["damping"] = damping_bounds(question)._asdict()
         lines += list(_bounds_rows(data["bounds"], question))
         data["bounds"] = {name: _ends(bounds, name) for name, bounds in data["bounds"].items()}
-    if options.schemes:
-        table = _schemes(question, asked, options.tolerance)
-        data["schemes"] = table
-        lines += ["", *_table(table)]
-    return Report(lines, data, units)
+    if not options.schemes:
+        return Report(lines, data, units)
+
+    def table() -> Iterator[dict[str, object]]:
+        return _schemes(question, asked, options.tolerance)
+
+    return Report(chain(lines, [""], _table(table())), lambda: data | {"schemes": list(table())}, units)
 
 
-def _schemes(question: "Impact", asked: float, tolerance: float) -> list[dict[str, object]]:
+def _schemes(question: "Impact", asked: float, tolerance: float) -> Iterator[dict[str, object]]:
     """What each integrator and contact status gives, and the steps in a contact from which on it is close."""
     from vibroscope.app.explorer.impact_words import schemes
     from vibroscope.engine import largest_step
 
-    rows = []
     for one, found in schemes(question, asked):
         name, status = one.scheme
         largest = largest_step(one, tolerance, asked) if status else None
-        rows.append(
-            {
-                "integrator": name,
-                "status": status or None,
-                **_data(found, "restitution", "without_solution", "blown_up"),
-                "steps_per_contact": largest and largest.steps_per_contact,
-            }
-        )
-    return rows
+        yield {
+            "integrator": name,
+            "status": status or None,
+            **_data(found, "restitution", "without_solution", "blown_up"),
+            "steps_per_contact": largest and largest.steps_per_contact,
+        }
 
 
-def _table(rows: list[dict[str, object]]) -> Iterator[str]:
+def _table(rows: Iterable[dict[str, object]]) -> Iterator[str]:
     heads = f"{'least':>8}{'mean':>8}{'greatest':>10}{'no solution':>13}{'needs steps':>13}"
     yield f"{'integrator':<28}{'status':<10}{heads}"
     for row in rows:

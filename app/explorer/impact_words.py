@@ -17,10 +17,32 @@ from vibroscope.engine import (
     impact,
     written,
 )
+from vibroscope.engine.contact import restitution_of_units
 from vibroscope.engine.facts import Amount, stated
+from vibroscope.engine.law_table import LAWS
 from vibroscope.engine.one_impact.forward import Span
 from vibroscope.engine.one_impact.of_system import ends_text, restitution_text, shares_text, span_text, steps_text
 from vibroscope.engine.units import time_text
+
+
+def counted_as(question: Impact) -> str:
+    """What steps in a contact count, where the contact lasts longer or shorter; else empty."""
+    lasts = question.without_step.time / question.time_step
+    if steps_text(lasts) == steps_text(question.steps_per_contact):
+        return ""
+    damped = question.method.spring_exponent == 1.0 and question.ratio < 1.0
+    spring = "its spring with the damper" if damped else "its spring alone"
+    really = f"lasts {steps_text(lasts)} steps" if math.isfinite(lasts) else "does not end"
+    return f"steps in a contact are counted as half a cycle of {spring}; without a step the contact {really}"
+
+
+def by_formula(question: Impact, asked: float) -> str:
+    """What the damper gives that the authors of the law made for this restitution; empty where that is the same."""
+    law, method = LAWS[question.method.law], question.unit_method.limit
+    if not law.damper or (law.divides and not asked):
+        return ""
+    given = restitution_text(restitution_of_units(replace(method, damping=None), asked))
+    return "" if given == restitution_text(asked) else f"by the formula of the law's authors, its damper gives {given}"
 
 
 def answer(question: Impact, asked: float, found: WithStep) -> str:

@@ -151,6 +151,10 @@ def _of(kind: type, name: str, label: str, hint: str, quantity: str = "", **more
     return Field(name, label, hint, bounds=(first, last), quantity=quantity, **own | more)
 
 
+LAW_WORDS = (
+    "contact law (default: a spring and a damper, which may pull)",
+    "None is hysteretic, as ImpactMaterial is: constant-restitution rebounds alike",
+)
 _PENALTY, _NEWMARK = ("exact", "newmark"), ("newmark",)
 
 _MAIN = (
@@ -215,9 +219,8 @@ _STEPPING = (
     _choice(
         "law", "Contact law", "Force of the penalty contact", {name: LAW_NAMES.get(name, name) for name in CONTACT_LAWS}
     ).option(
-        "contact law (default: a spring and a damper, which may pull). Without --D those from hunt-crossley to "
-        "constant-restitution take their damper from the restitution of the system and the closing speed, by the "
-        "formula of their authors. None is hysteretic, as ImpactMaterial is: constant-restitution rebounds alike",
+        f"{LAW_WORDS[0]}. Without --D those from hunt-crossley to constant-restitution take their damper from the "
+        f"restitution of the system and the closing speed, by the formula of their authors. {LAW_WORDS[1]}",
         *_PENALTY,
     ),
     Field("exponent", "n", "of the penetration in the law; 1.5: Hertz", HERTZ, EXPONENT_RANGE).option(

@@ -13,7 +13,7 @@ from vibroscope.engine.contact import contact_time, effective_restitution, equal
 from vibroscope.engine.divergence.compare import Comparison
 from vibroscope.engine.divergence.encounters import delivered_restitution
 from vibroscope.engine.divergence.tolerances import RESOLVED, SAME_RESTITUTION
-from vibroscope.engine.methods import DAMPING_RANGE, ExactPenalty, TimeStepping
+from vibroscope.engine.methods import ExactPenalty, TimeStepping, contact_ranges
 from vibroscope.engine.model import System
 from vibroscope.engine.motions.tolerances import SHORT_CONTACT
 from vibroscope.engine.motions.words import stays_together
@@ -128,7 +128,8 @@ def with_equal_damping(system: System, method: TimeStepping, stiffness: float, c
     """Return a method with another K and the D of three digits that rebounds as asked; D as it is if none does."""
     changed = replace(method, stiffness=stiffness)
     damping = equal_damping(system, changed, stiffness, closing_speed)
-    if not DAMPING_RANGE[0] <= damping <= DAMPING_RANGE[1]:
+    least, most = contact_ranges(method.law)[1]
+    if not least <= damping <= most:
         return changed
     return replace(changed, damping=rounded_to(damping, 3))
 

@@ -29,7 +29,7 @@ from vibroscope.engine.divergence.remaining import Remaining
 from vibroscope.engine.divergence.tolerances import AMPLE, LEAST_IN_CONTACT, LESS, RESOLVED, WORKS
 from vibroscope.engine.integrators import NewmarkBeta
 from vibroscope.engine.law_table import LAWS
-from vibroscope.engine.methods import DAMPING_RANGE, STEPS_RANGE, STIFFNESS_RANGE, TimeStepping, with_located_steps
+from vibroscope.engine.methods import STEPS_RANGE, TimeStepping, contact_ranges, with_located_steps
 from vibroscope.engine.model import System
 from vibroscope.engine.wording import percent, rounded_to, rounded_up
 
@@ -322,7 +322,8 @@ def stiffness_ends(comparison: Comparison) -> tuple[float, float]:
     if system.two_stops and not run.method.located:
         steps = conditions(system, run.eta, run.method, speed).steps
         ends = ends[0], min(ends[1], max(present, _stiffness_with(LEAST_IN_CONTACT, system, run.method, steps)))
-    return max(ends[0], STIFFNESS_RANGE[0]), min(ends[1], STIFFNESS_RANGE[1])
+    least, most = contact_ranges(run.method.law)[0]
+    return max(ends[0], least), min(ends[1], most)
 
 
 def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSearch | StepSearch"]:
@@ -346,7 +347,7 @@ def _searches(comparison: Comparison, remaining: Remaining) -> dict[str, "GridSe
         ends = [middle * 10.0**power for power in (-DAMPING_DECADES, DAMPING_DECADES)]
         if method.damping > 0:
             ends = min(ends[0], method.damping), max(ends[1], method.damping)
-        ends = max(ends[0], 1e-9), min(ends[1], DAMPING_RANGE[1])
+        ends = max(ends[0], 1e-9), min(ends[1], contact_ranges(method.law)[1][1])
         searches["D"] = GridSearch("D", lambda d: replace(method, damping=d), remaining, ends, holds, equal)
     least = math.nan if method.located else method.steps * RESOLVED / steps
     return searches | {"steps": StepSearch(method, remaining, least)}
@@ -400,5 +401,6 @@ def _choices(comparison: Comparison, remaining: Remaining) -> Iterator[Change]:
 
 def _beside(method: TimeStepping) -> list[TimeStepping]:
     """The method with neighbours of its K."""
-    beside = (min(max(method.stiffness * FINE**step, STIFFNESS_RANGE[0]), STIFFNESS_RANGE[1]) for step in (-1, 1))
+    least, most = contact_ranges(method.law)[0]
+    beside = (min(max(method.stiffness * FINE**step, least), most) for step in (-1, 1))
     return [replace(method, stiffness=stiffness) for stiffness in beside]

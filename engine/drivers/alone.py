@@ -43,6 +43,7 @@ STEPS, NONE, TWO, CODE = touches.STEPS, touches.NONE, touches.TWO, touches.CODE
 PARTED, BLOWN_UP, UNSOLVED, STUCK = OK, DIVERGED, WITHOUT_SOLUTION, touches.STUCK
 ALWAYS = 1e12  # steps in the period of a load that is constant
 ONE = np.array([[1.0], [0.0]])  # cosine and sine of that load
+_G, _U, _STEP = map(located.STATE.begin, ("g", "u", "step"))  # in a packed state of located steps
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
@@ -63,7 +64,12 @@ def parameters_alone(method: Method, e: float = 1.0, step: float = 1.0, push: fl
     p = parameters_of(System(wall=True, restitution=e, clearance=0.0), 1.0, method)
     free = {"kappa": 0.0, "d1": 0.0, "damper2": 0.0, "stiffness_share": 0.0, "free_gap": 0.0}
     loads = {"base_cosine": 0.0, "base_sine": 0.0, "force1_cosine": push, "force1_sine": 0.0}
-    return p._replace(eta=2.0 * math.pi / step / ALWAYS, steps=ALWAYS, **free, **loads)
+    return with_step(p._replace(steps=ALWAYS, **free, **loads), step)
+
+
+def with_step(p: Parameters, step: float) -> Parameters:
+    """The same contact alone with another step Δτ."""
+    return p._replace(eta=2.0 * math.pi / step / ALWAYS)
 
 
 # --- without a step ---------------------------------------------------------------------------------------------------
@@ -188,6 +194,7 @@ class Touches:
         if method.located:
             self._located = SCHEME.pack(scheme_of_run(p, method))
             self._forces = np.tile([0.0, self.flight], (self._most + 2, 1))
+            self._begun, self._buffers = located_start(self.flight), make_buffers(0, np.zeros(1), self._most, 1)
         else:
             self._located = None
             self._scheme = linear_scheme(p, method)
@@ -214,7 +221,7 @@ class Touches:
         """
         start = self._starts(np.array([instant]))[0]
         if self._located is not None:
-            return self._follow_located(start)[1][: most + 1 : every, 4]
+            return self._follow_located(start)[1][: most + 1 : every, 4].copy()
         u = np.zeros(linear_step.STATE_ROWS)
         u[1], u[3], u[5] = *start, self.flight
         progress = linear_step.StepProgress(0, False, 0, 0, 0, uncompiled(no_contact)())
@@ -231,24 +238,30 @@ class Touches:
     def _starts(self, instants: np.ndarray) -> np.ndarray:
         """Gap and its rate at the last step before each touch, (n, 2)."""
         t = instants * self.step
-        return np.column_stack([t + 0.5 * self.flight * t * t, -(1.0 + self.flight * t)])
+        starts = np.empty((len(t), 2))
+        starts[:, 0], starts[:, 1] = t + 0.5 * self.flight * t * t, -(1.0 + self.flight * t)
+        return starts
 
     def _run_located(self, start: np.ndarray, row: np.ndarray) -> None:
         """One contact whose steps are cut where it changes: over when the gap opens."""
         now, samples, over, code = self._follow_located(start)
-        row[SPEED], row[GAP], row[STEPS] = now.u, now.g, now.step
-        row[DEPTH] = max(0.0, np.max(samples[:, 0] - samples[:, 2]))
+        row[SPEED], row[GAP], row[STEPS] = now[[_U, _G, _STEP]]
+        row[DEPTH] = max(0.0, (samples[:, 0] - samples[:, 2]).max())
         row[PUSH], row[touches.PULL] = max(0.0, samples[:, 4].max()), min(0.0, samples[:, 4].min())
         row[CODE] = PARTED if over else BLOWN_UP if code == DIVERGED else STUCK
 
-    def _follow_located(self, start: np.ndarray) -> tuple[located.LocatedState, np.ndarray, bool, int]:
-        """The state after the contact, a sample of each step, (n, 5), whether it is over, and how the run ended."""
-        begin = {"g": float(start[0]), "u": float(start[1]), "b": self.flight, "piece": located.FREE}
-        nothing = located.STATE.read(located.STATE.zeros())
-        state = located.STATE.pack(nothing._replace(**begin, contact=uncompiled(no_contact)()))
-        buffers = make_buffers(0, np.zeros(1), self._most, 1)
-        window = 0, 0, 1
+    def _follow_located(self, start: np.ndarray) -> tuple[np.ndarray, np.ndarray, bool, int]:
+        """The packed state after the contact, a sample of each step, (n, 5), whether it is over, and how it ended."""
+        state, buffers, window = self._begun.copy(), self._buffers, (0, 0, 1)
+        state[[_G, _U]], buffers.views.used[:] = start, 0
         run = self._located, self._forces, state, self._most, MOST_SOLVES, window
         code = located.integrate_located(*run, buffers.flat, buffers.sizes)
-        now, samples, over = located.STATE.read(state), buffers.views.samples, buffers.views.used[1] > 0
-        return now, samples[: now.step + 1], over, code
+        samples = buffers.views.samples[: int(state[_STEP]) + 1]
+        return state, samples, buffers.views.used[1] > 0, code
+
+
+def located_start(flight: float) -> np.ndarray:
+    """The packed state of located steps without contact, but for gap and rate."""
+    nothing = located.STATE.read(located.STATE.zeros())
+    free = {"b": flight, "piece": located.FREE, "contact": uncompiled(no_contact)()}
+    return located.STATE.pack(nothing._replace(**free))

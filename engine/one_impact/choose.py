@@ -12,14 +12,14 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import NamedTuple
 
 import numpy as np
 from vibroscope.engine.arguments import require
 from vibroscope.engine.drivers.alone import BLOWN_UP, Touches, parameters_alone
 from vibroscope.engine.drivers.step_maps import bodies_of, is_stable
-from vibroscope.engine.methods import DAMPING_RANGE, STIFFNESS_RANGE
+from vibroscope.engine.methods import contact_ranges
 from vibroscope.engine.one_impact.forward import GAINED, WithStep, impact
 from vibroscope.engine.one_impact.instants import (
     EDGE,
@@ -39,6 +39,7 @@ POISSON_RANGE = (-1.0, 0.5)
 STEPS_RANGE = (0.25, 500.0)  # steps per contact among which the fewest are sought
 PER_DECADE = 16  # tried before halving, of these and of K and D
 LOOK_ABOVE, PER_STEP = 1.5, 10  # from what is found so far to so many times that, so many are tried for each step more
+CLOSELY, EACH = 10, 31  # … up to so many steps more; beyond them each 31st of these, e being closer the more there are
 LOOK = 1e3  # times a value, and that part of it, within which its bounds are sought
 SEEK = 10.0  # times K, from one bracket of a permitted penetration or force to the next
 CLOSE_TO_ASKED = 0.05  # of the restitution
@@ -139,11 +140,11 @@ def largest_step(
     """The largest step for which e stays within a tolerance of what was asked, whatever the instant of touch.
 
     Smaller steps, down to 500 in a contact, keep to it as well. Certain of one stage: up to 1.5 times the steps in a
-    contact that are found, each change of the course of a contact that begins at the end of a step is sought, and with
-    the status of the end each that halving finds at any instant; both of its sides are tried, where a restitution
-    appears or ends. Between these changes, where the restitution is smooth, ten numbers of steps in each unit are
-    sampled, and beyond 16 in a decade. Of two stages changes within a step show in part, and what is narrower than a
-    tenth of a step can be missed.
+    contact that are found, and ten more at most, each change of the course of a contact that begins at the end of a
+    step is sought, and with the status of the end each that halving finds at any instant; both of its sides are tried,
+    where a restitution appears or ends. Between these changes, where the restitution is smooth, ten numbers of steps in
+    each unit are sampled; above, up to 1.5 times, each 31st of these, and beyond 16 in a decade. Of two stages changes
+    within a step show in part, and what is narrower than a tenth of a step can be missed.
     Touches that a step without a solution ends have no restitution: `verified` says how many they are.
 
     Parameters
@@ -182,7 +183,7 @@ def largest_step(
     @cache
     def touches(steps: float) -> Touches:
         check_cancelled(cancelled)
-        return question.with_steps_per_contact(steps).touches
+        return question.touches_with(question.contact_time / steps)
 
     @cache
     def rough(steps: float) -> Instants:
@@ -210,12 +211,16 @@ def largest_step(
         inside = rough(steps).courses if question.method.status == "end" else looked[:0]
         return [*looked.tolist(), *inside.tolist()]
 
-    fewest = _last_that_holds(keeps, np.geomspace(*reversed(STEPS_RANGE), 1 + PER_DECADE * 3))
+    tried = np.geomspace(*reversed(STEPS_RANGE), 1 + PER_DECADE * 3)
+    impulse = question.force * question.contact_time / tried  # in a step, that may not make the speed
+    fewest = _last_that_holds(keeps, tried[impulse < question.mass * question.speed])
     while fewest is not None:  # steps that fail recur with each step more in a contact: looked for more closely above
         # at the same steps each time, of which what is known is kept; e is farthest off just below whole numbers
         near = np.arange(math.ceil(LOOK_ABOVE * fewest * PER_STEP), fewest * PER_STEP, -1.0) * JUST_BELOW / PER_STEP
         near = near[(near > fewest) & (near < STEPS_RANGE[1])]
-        closer = _last_that_holds(keeps, _with_changes(courses, [*near.tolist(), fewest]))
+        far = near[near > fewest + CLOSELY][::EACH].tolist()
+        near = _with_changes(courses, [*near[near <= fewest + CLOSELY].tolist(), fewest])
+        closer = _last_that_holds(keeps, chain(far, near))
         if closer == fewest:
             break
         fewest = closer
@@ -270,7 +275,8 @@ def stiffness_bounds(question: Impact) -> Bounds:
     >>> round(stiffness_bounds(Impact(explicit, 1.0, time_step=1e-3)).stable[1], -3)  # (2/Δt)²
     4000000.0
     """
-    return _bounds(lambda value: question.with_contact(stiffness=value), question.method.stiffness, STIFFNESS_RANGE)
+    span = contact_ranges(question.method.law)[0]
+    return _bounds(lambda value: question.with_contact(stiffness=value), question.method.stiffness, span)
 
 
 def damping_bounds(question: Impact) -> Bounds:
@@ -290,7 +296,8 @@ def damping_bounds(question: Impact) -> Bounds:
     """
     if not question.method.damping:
         raise ValueError("D is 0 or left out: give one around which to look")
-    return _bounds(lambda value: question.with_contact(damping=value), question.method.damping, DAMPING_RANGE)
+    span = contact_ranges(question.method.law)[1]
+    return _bounds(lambda value: question.with_contact(damping=value), question.method.damping, span)
 
 
 def _bounds(changed: Callable[[float], Impact], value: float, span: tuple[float, float]) -> Bounds:

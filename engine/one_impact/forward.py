@@ -127,6 +127,9 @@ class NonsmoothTouches:
         found[:, CODE] = STUCK
         going = np.ones(len(instants), dtype=bool)
         for _ in range(MOST_STEPS):
+            # rates −e, e², −e³ … times this one follow, which leave the gap closed; this step is the deepest of them
+            slow = -(1.0 + self.restitution) * rate <= -self.flight
+            rests = slow & (rate <= 0.0) & (gap < 0.0) & (gap <= 1.5 * rate)
             free, bound = rate + self.flight, np.where(gap + PREDICTED * rate <= 0.0, -self.restitution * rate, -np.inf)
             after = np.maximum(free, bound)
             impulse = after - free
@@ -137,7 +140,7 @@ class NonsmoothTouches:
             hit = going & (found[:, STEPS] > 0)
             parted = hit & (impulse == 0.0) & (rate > 0.0) & ((gap > 0.0) | (self.flight == 0.0))
             found[parted, SPEED], found[parted, GAP], found[parted, CODE] = rate[parted], gap[parted], PARTED
-            going &= ~(parted | (hit & (rate == 0.0) & (self.flight == 0.0)))
+            going &= ~(parted | rests | (hit & (rate == 0.0) & (self.flight == 0.0)))
             if not going.any():
                 break
         return found

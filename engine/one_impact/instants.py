@@ -54,7 +54,8 @@ def courses_of(same: np.ndarray) -> np.ndarray:
 
     The steps of a contact that stays are those for which it was followed; whether it had such a step is its course.
     """
-    return np.where(same[..., -1:] == STUCK, (same > 0) * [0, 1, 1, 0] + [0, 0, 0, STUCK], same)
+    stays = same[..., -1:] == STUCK
+    return np.where(stays, (same > 0) * [0, 1, 1, 0] + [0, 0, 0, STUCK], same) if stays.any() else same
 
 
 class Instants(NamedTuple):
@@ -128,27 +129,36 @@ class Instants(NamedTuple):
 def over_instants(touches: Touches, fineness: Fineness = FULL) -> Instants:
     """Look at all instants of touch within a step, in units of the contact."""
     edges = np.linspace(EDGE, 1.0 - EDGE, FIRST + 1)
-    begin, end, done = edges[:-1], edges[1:], []
-    while len(begin):
-        instants = begin[:, None] + (end - begin)[:, None] * SHARES
-        found = follow(touches, instants.ravel()).reshape(len(begin), len(SHARES), -1)
+    instants = edges[:-1, None] + np.diff(edges)[:, None] * SHARES
+    found, done = follow(touches, instants.ravel()).reshape(*instants.shape, -1), []
+    while True:
         values = found[:, :, fineness.watched]
-        fit = np.einsum("ij,njk->nik", AT_QUARTERS, values[:, ::2])
+        fit = AT_QUARTERS @ values[:, ::2]
         fits = np.abs(values[:, 1::2] - fit).max(axis=(1, 2)) <= fineness.fits
         course = courses_of(found[:, :, SAME])
         same = (course == course[:, :1]).all(axis=(1, 2))
-        accepted = (
-            (len(begin) > MOST) | (same & fits) | (end - begin <= (fineness.edge if len(begin) < MANY else SHORT))
-        )
-        done += [(instants[k], found[k]) for k in np.flatnonzero(accepted)]
-        begin, end = begin[~accepted], end[~accepted]
-        middle = 0.5 * (begin + end)
-        begin, end = np.concatenate([begin, middle]), np.concatenate([middle, end])
-    done.sort(key=lambda piece: piece[0][0])
-    instant, found = (np.array(part) for part in zip(*done, strict=True))
+        short = instants[:, -1] - instants[:, 0] <= (fineness.edge if len(instants) < MANY else SHORT)
+        accepted = (len(instants) > MOST) | (same & fits) | short
+        done.append((instants[accepted], found[accepted]))
+        instants, found = instants[~accepted], found[~accepted]
+        if not len(instants):
+            break
+        between = 0.5 * (instants[:, :-1] + instants[:, 1:])
+        looked = follow(touches, between.ravel()).reshape(*between.shape, -1)
+        instants, found = _halves(instants, between), _halves(found, looked)
+    instant, found = (np.concatenate(part) for part in zip(*done, strict=True))
+    order = np.argsort(instant[:, 0], kind="stable")
+    instant, found = instant[order], found[order]
     code = found[:, :, CODE]
     restitution = np.where(code == PARTED, found[:, :, SPEED], np.where(code == STUCK, 0.0, np.nan))
     return Instants(instant, restitution, *(found[:, :, k] for k in (DEPTH, PUSH, STEPS, CODE, NONE, TWO)))
+
+
+def _halves(known: np.ndarray, between: np.ndarray) -> np.ndarray:
+    """Five of each half, (2n, 5, …), from five of each piece, (n, 5, …), and the four between them, (n, 4, …)."""
+    every = np.empty((len(known), 2 * len(SHARES) - 1, *known.shape[2:]))
+    every[:, ::2], every[:, 1::2] = known, between
+    return np.concatenate([every[:, : len(SHARES)], every[:, len(SHARES) - 1 :]])
 
 
 def follow(touches: Touches, instants: np.ndarray) -> np.ndarray:

@@ -19,7 +19,8 @@ from vibroscope.engine.contact import (
     ratio_of_method,
     restitution_of_units,
 )
-from vibroscope.engine.drivers.alone import Course, Touches, course_alone, parameters_alone
+from vibroscope.engine.drivers.alone import Course, Touches, course_alone, parameters_alone, with_step
+from vibroscope.engine.kernels.parameters import Parameters
 from vibroscope.engine.law_table import powers_of
 from vibroscope.engine.methods import ExactPenalty, TimeStepping
 
@@ -141,9 +142,16 @@ class Impact:
     @property
     def touches(self) -> Touches:
         """Its contacts with the step, in its units."""
-        u, step = self.units, self.time_step / self.units.time
-        p = parameters_alone(self.unit_method, self.restitution, step, self.force / u.force)
-        return Touches(p, self.unit_method, step)
+        return self.touches_with(self.time_step)
+
+    def touches_with(self, time_step: float) -> Touches:
+        """Its contacts with another step, in its units."""
+        step = time_step / self.units.time
+        return Touches(with_step(self._parameters, step), self.unit_method, step)
+
+    @cached_property
+    def _parameters(self) -> Parameters:
+        return parameters_alone(self.unit_method, self.restitution, push=self.force / self.units.force)
 
     @property
     def depends_on_speed(self) -> bool:

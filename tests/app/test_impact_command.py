@@ -6,6 +6,9 @@ import json
 
 import numpy as np
 import pytest
+from vibroscope.app.commands.cli import build_parser
+from vibroscope.app.commands.numbers import resolve_units
+from vibroscope.engine import ExactPenalty, System, effective_restitution
 
 from tests.app.command_line import run_command
 
@@ -72,11 +75,56 @@ def test_where_no_touch_has_a_result_there_are_no_numbers(capsys):
     assert answered(capsys, *words)["with_step"]["restitution"] == dict.fromkeys(("least", "mean", "greatest"))
 
 
+def test_it_says_what_the_damper_of_the_laws_authors_would_give(capsys):
+    words = ("impact", "--K", "1e6", "--speed", "3 m/s")
+    out = run_command(capsys, *words, "--law", "hunt-crossley", "--restitution", "0.6")[1]
+    assert "restitution 0.6," in out
+    given = effective_restitution(System(restitution=0.6), ExactPenalty(1e6, None, "hunt-crossley"), 3.0)
+    assert f"by the formula of the law's authors, its damper gives {given:.2f}" in out
+    for more in (
+        ("--law", "constant-restitution", "--restitution", "0.6"),
+        ("--law", "flores", "--D", "1e5"),
+        ("--restitution", "0.6"),
+    ):
+        assert "authors" not in run_command(capsys, *words, *more)[1]
+    assert "With --restitution its damper is the one" in " ".join(run_command(capsys, "impact", "--help")[1].split())
+
+
+def test_it_says_what_steps_in_a_contact_count_where_the_contact_lasts_longer(capsys):
+    words = ("--mass", "2 kg", "--speed", "3 m/s", "--restitution", "0.6", "--time-step", "20 us")
+    hertz = (*words, "--permitted-force", "5 kN", "--law", "hunt-crossley")
+    found = answered(capsys, *hertz)
+    lasts = found["without_step"]["time_s"] / 20e-6
+    assert lasts > found["asked"]["steps_per_contact"] + 10
+    out = " ".join(run_command(capsys, "impact", *hertz)[1].split())
+    assert f"half a cycle of its spring alone; without a step the contact lasts {lasts:.0f} steps" in out
+    assert "half a cycle" not in run_command(capsys, "impact", *words, "--K", "1e6")[1]
+    pressed = run_command(capsys, "impact", *words, "--K", "1e6", "--force", "100 N")[1]
+    assert "half a cycle of its spring with the damper" in pressed
+
+
 def test_without_a_step_it_gives_what_the_law_gives(capsys):
     found = answered(capsys, "--K", "1e6 N/m^1.5", "--D", "1e5", "--law", "hunt-crossley")
     assert found["with_step"] is None
     assert found["largest_step"] is None
     assert 0 < found["without_step"]["restitution"] < 1
+
+
+@pytest.mark.parametrize("value", ["nan", "0", "-1"])
+def test_a_stiffness_out_of_range_is_named_before_a_damper_that_is_missing(capsys, value):
+    status, _, err = run_command(capsys, "impact", "--K", value)
+    assert (status, f"K = {float(value)} is outside [1e-06, 1e+12]" in err) == (2, True)
+    assert "the contact has no damper" in run_command(capsys, "impact", "--K", "1e6")[2]
+
+
+def test_steel_on_steel_has_a_stiffness_and_a_damper_in_units_of_its_law(capsys):
+    words = ("--law", "hunt-crossley", "--restitution", "0.6", "--speed", "0.3 m/s", "--time-step", "0.1 us")
+    for K in (9e11, 3.051e12):
+        found = answered(capsys, "--K", f"{K}", *words)
+        assert found["without_step"]["restitution"] == pytest.approx(0.6)
+        assert found["asked"]["damping"] > 2e12
+    err = run_command(capsys, "impact", "--K", "3e12", "--restitution", "0.6")[2]
+    assert "K = 3000000000000.0 is outside [1e-06, 1e+12]" in err
 
 
 def test_all_integrators_and_statuses_stand_in_a_table(capsys):
@@ -87,6 +135,15 @@ def test_all_integrators_and_statuses_stand_in_a_table(capsys):
     assert list(named["moreau-jean", None]["restitution"].values()) == pytest.approx([0.5] * 3)
     assert ("central-difference", "end") not in named
     assert named["newmark", "located"]["steps_per_contact"] < named["newmark", "start"]["steps_per_contact"]
+
+
+def test_the_rows_of_the_table_come_one_by_one():
+    words = ["impact", "--mass", "2 kg", "--speed", "3 m/s", "--K", "1e6", "--D", "400 N s/m", "--time-step", "1 ms"]
+    options = build_parser(["impact"]).parse_args([*words, "--force", "2 kN", "--schemes"])
+    resolve_units(options)
+    lines = iter(options.run(options).lines)
+    first = next(line for line in lines if str(line).startswith("newmark"))
+    assert first.split() == ["newmark", "start", "0.000", "0.000", "0.000", "-", "39.2"]
 
 
 def test_bands_are_csv(capsys):

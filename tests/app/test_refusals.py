@@ -110,6 +110,7 @@ REFUSED = {
         NUMBERS --columns time=1 | --columns needs a measurement
         NUMBERS --columns time | is no list of columns: write it as
         NUMBERS --exponent 1.5 | --exponent is no number of the law ... give --law
+        --K -5 | K = -5.0 is outside [1e-06, 1e+12]
         --D 18 | a penalty solution needs --eta, --K, --steps; the paper's numbers: --eta 2.76 --K 12000 --steps 8000
         --eta 1.08 --D 18 --steps 99 | needs --K; ... in place of --K --stiffness-of-step
         --system my.toml --K '-1e6 N/m' --D 1 --steps 100 | (-1e6 N/m) is outside [1e-06, 1e+12] ( ... N/m): give

@@ -38,9 +38,10 @@ from vibroscope.engine import (
     stiffness_for,
 )
 from vibroscope.engine.divergence.encounters import delivered_restitution, short_contacts
+from vibroscope.engine.drivers import alone
 from vibroscope.engine.drivers.alone import CODE, PARTED, SPEED, STUCK
 from vibroscope.engine.one_impact.forward import instants_of
-from vibroscope.engine.one_impact.instants import ROUGH, over_instants
+from vibroscope.engine.one_impact.instants import OUTLINE, ROUGH, over_instants
 from vibroscope.engine.one_impact.of_system import contact_alone
 
 from tests.naive_impact import ImpactTwin, ends_and_mean
@@ -288,6 +289,30 @@ def test_no_window_of_steps_that_fail_lies_above_the_largest_step(integrator, st
     for steps in np.arange(1.0002 * n, n + 2.0, 0.005):
         found = over_instants(asked.with_steps_per_contact(steps).touches, ROUGH).restitution
         assert np.nanmax(np.abs(found - e)) <= tolerance + 1e-4, steps
+
+
+def test_none_lies_there_where_hundreds_of_steps_are_needed_under_a_force():
+    method = TimeStepping(1e6, 200.0, 4, BackwardEuler())
+    asked = Impact(method, 3.0, 2.0, time_step=1e-3, force=2000.0)
+    e, found = asked.without_step.restitution, largest_step(asked)
+    n = found.steps_per_contact
+    assert n == pytest.approx(246.0, rel=1e-3)
+    for steps in np.linspace(1.0002 * n, 1.5 * n, 199):
+        off = np.abs(impact(asked.with_steps_per_contact(steps), OUTLINE).restitutions - e)
+        assert np.nanmax(off) <= 0.05 + 1e-4, steps
+
+
+def test_steps_within_which_the_force_makes_the_speed_do_not_keep_to_the_tolerance():
+    asked = Impact(TimeStepping(1e6, 200.0, 4), 3.0, 2.0, time_step=1e-3, force=2000.0)
+    assert largest_step(asked, 0.9).step < asked.mass * asked.speed / asked.force
+
+
+def test_an_impact_law_under_a_force_that_keeps_the_bodies_together_is_soon_over():
+    """Their gap stays closed, and rates of changing sign follow, ever smaller: it need not be followed to the end."""
+    touches = MoreauJean(0.2, time_step=1e-3, speed=3.0, mass=2.0, force=2000.0).touches
+    found = touches.run(np.linspace(0.0, 1.0, 21))
+    assert (found[:, CODE] == STUCK).all()
+    assert found[:, alone.STEPS].max() < 100
 
 
 @pytest.mark.parametrize(
