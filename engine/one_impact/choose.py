@@ -219,11 +219,12 @@ def largest_step(
         near = np.arange(math.ceil(LOOK_ABOVE * fewest * PER_STEP), fewest * PER_STEP, -1.0) * JUST_BELOW / PER_STEP
         near = near[(near > fewest) & (near < STEPS_RANGE[1])]
         far = near[near > fewest + CLOSELY][::EACH].tolist()
+        first = near[0] if len(near) else fewest
         near = _with_changes(courses, [*near[near <= fewest + CLOSELY].tolist(), fewest])
         closer = _last_that_holds(keeps, chain(far, near))
         if closer == fewest:
             break
-        fewest = closer
+        fewest = float(tried[tried > first][-1]) if closer is None else closer  # the first fails: on above it
     if fewest is None:
         return None
     chosen = question.with_steps_per_contact(fewest)

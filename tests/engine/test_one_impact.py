@@ -519,3 +519,13 @@ def test_a_question_without_a_step_has_no_answer_with_one():
 def test_hht_feels_the_contact_after_it():
     found = impact(question(integrator=HHT(alpha=-0.3), steps=6.0))
     assert found.restitution.least < 0.5 < found.restitution.greatest
+
+
+@pytest.mark.release  # a quarter of a minute: contacts that stay are followed for long
+def test_a_step_below_a_window_of_steps_that_fail_is_found():
+    """With a tolerance as large as what is asked, contacts that stay are within it, but not those of 3 steps."""
+    asked = Impact(TimeStepping(1.0, 0.0, 4), 1.0, time_step=0.01).with_restitution(0.4)
+    found = largest_step(asked, 0.4)
+    assert found.steps_per_contact < 2 and found.verified.restitution.greatest <= 0.8
+    for steps in np.linspace(found.steps_per_contact, 20, 50):
+        assert impact(asked.with_steps_per_contact(steps)).restitution.greatest <= 0.8
