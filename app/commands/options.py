@@ -297,7 +297,8 @@ def refuse_missing(options: argparse.Namespace, solver: str, why: str = "") -> N
     missing = [name for name in ("eta", *NEEDED[solver]) if getattr(options, name, 0) is None and not instead[name][0]]
     if missing:
         if solver != "reference":  # which has none of them: a number out of range is named first
-            stands = {name: 1000.0 for name in ("K", "D", "steps") if getattr(options, name, None) is None}
+            given = {name: getattr(options, name, None) for name in ("K", "D", "steps")}  # of a sweep a range of one
+            stands = {name: 1000.0 for name, value in given.items() if not isinstance(value, float | int)}
             stepping_of(options, **stands)
         who = f"the {solver} solver" if hasattr(options, "solver") else "a penalty solution"
         raise ValueError(missing_words(who, {name: instead[name][1] for name in missing}) + why)
