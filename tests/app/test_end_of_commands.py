@@ -49,7 +49,9 @@ def test_a_program_that_ends_in_another_way_has_the_status_that_python_gives_it(
 
 def test_a_long_comparison_says_so_beforehand_and_ctrl_c_ends_it():
     words = ["compare", "--eta", "2.76", "--K", "12000", "--D", "18", "--steps", "1000000"]
-    run = [sys.executable, "-c", "import sys; from vibroscope.app.commands.cli import main; sys.exit(main())", *words]
+    # as at a terminal: what a shell runs in the background ignores Ctrl-C
+    heard = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    run = [sys.executable, "-c", f"{heard}from vibroscope.app.commands.cli import main; sys.exit(main())", *words]
     with subprocess.Popen(run, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert "2,050,000,000 steps in each run" in process.stderr.readline()
         process.send_signal(signal.SIGINT)
