@@ -23,7 +23,7 @@ from tornado.websocket import WebSocketClosedError
 from tests.browserless import Client, mapped, move, plain
 
 BUSY, MOVES, EVERY = 8, 20, 1 / 3
-SLOWER, WORST, PICTURE = 10, 2.0, 5.0  # wanted: p95 against alone; s of a move at most; s to a first picture
+SLOWER, WORST, PICTURE = 10, 1.0, 5.0  # wanted: p95 against alone; s of a move at most; s to a first picture
 ABUSED = 3  # wanted: p95 of moves beside one abuser of the loop against alone
 OTHER = {"X-Forwarded-For": "192.0.2.1"}  # the abuser's address
 
