@@ -6,6 +6,7 @@ load of so long a period that its cosine is one.
 
 import math
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -64,11 +65,10 @@ def parameters_alone(method: Method, e: float = 1.0, step: float = 1.0, push: fl
     p = parameters_of(System(wall=True, restitution=e, clearance=0.0), 1.0, method)
     free = {"kappa": 0.0, "d1": 0.0, "damper2": 0.0, "stiffness_share": 0.0, "free_gap": 0.0}
     loads = {"base_cosine": 0.0, "base_sine": 0.0, "force1_cosine": push, "force1_sine": 0.0}
-    return with_step(p._replace(steps=ALWAYS, **free, **loads), step)
+    return _with_step(p._replace(steps=ALWAYS, **free, **loads), step)
 
 
-def with_step(p: Parameters, step: float) -> Parameters:
-    """The same contact alone with another step Δτ."""
+def _with_step(p: Parameters, step: float) -> Parameters:
     return p._replace(eta=2.0 * math.pi / step / ALWAYS)
 
 
@@ -258,6 +258,15 @@ class Touches:
         code = located.integrate_located(*run, buffers.flat, buffers.sizes)
         samples = buffers.views.samples[: int(state[_STEP]) + 1]
         return state, samples, buffers.views.used[1] > 0, code
+
+
+def touches_alone(method: Method, e: float, push: float) -> Callable[[float], Touches]:
+    """Makes the contacts alone with a step Δτ; arguments as those of :func:`parameters_alone`."""
+    return partial(_touches_with, parameters_alone(method, e, push=push), method)
+
+
+def _touches_with(p: Parameters, method: Method, step: float) -> Touches:
+    return Touches(_with_step(p, step), method, step)
 
 
 def located_start(flight: float) -> np.ndarray:

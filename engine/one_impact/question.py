@@ -6,6 +6,7 @@ the damper, the step and the constant force alone (:class:`..contact.ContactUnit
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,8 +20,7 @@ from vibroscope.engine.contact import (
     ratio_of_method,
     restitution_of_units,
 )
-from vibroscope.engine.drivers.alone import Course, Touches, course_alone, parameters_alone, with_step
-from vibroscope.engine.kernels.parameters import Parameters
+from vibroscope.engine.drivers.alone import Course, Touches, course_alone, parameters_alone, touches_alone
 from vibroscope.engine.law_table import powers_of
 from vibroscope.engine.methods import ExactPenalty, TimeStepping
 
@@ -146,12 +146,11 @@ class Impact:
 
     def touches_with(self, time_step: float) -> Touches:
         """Its contacts with another step, in its units."""
-        step = time_step / self.units.time
-        return Touches(with_step(self._parameters, step), self.unit_method, step)
+        return self._touches(time_step / self.units.time)
 
     @cached_property
-    def _parameters(self) -> Parameters:
-        return parameters_alone(self.unit_method, self.restitution, push=self.force / self.units.force)
+    def _touches(self) -> Callable[[float], Touches]:
+        return touches_alone(self.unit_method, self.restitution, self.force / self.units.force)
 
     @property
     def depends_on_speed(self) -> bool:
