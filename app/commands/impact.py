@@ -290,11 +290,10 @@ def _report(question: "Impact", options: argparse.Namespace, speeds: "np.ndarray
         answer,
         by_formula,
         counted_as,
-        over_speeds_of_motion,
         span_and_mean,
         steps_in_contact,
     )
-    from vibroscope.engine import damping_bounds, impact, largest_step, over_motion, stiffness_bounds
+    from vibroscope.engine import impact, largest_step
 
     alone = question.without_step
     asked = alone.restitution if options.restitution is None else options.restitution
@@ -330,19 +329,12 @@ def _report(question: "Impact", options: argparse.Namespace, speeds: "np.ndarray
         lines += [Row("with this step", f"restitution {e}; share of the energy lost {lost}")]
         lines += [Row("", f"{_measures(found)}, {steps_in_contact(found)}")]
     lines += [Row("answer", answer(question, asked, found), 110), Row("", advice(largest, options.tolerance), 110)]
-    if speeds is not None:
-        of_motion = over_motion(question, speeds)
-        histogram = zip(of_motion.speed.tolist(), of_motion.count.tolist(), strict=True)
-        data["motion"] = {"speeds": [{"speed_m_per_s": speed, "count": count} for speed, count in histogram]}
-        data["motion"] |= {"speed_m_per_s": _plain(of_motion.speeds)}
-        data["motion"] |= _data(of_motion, *_SPANS, "without_solution", "blown_up", "stuck")
-        lines += [Row("motion", over_speeds_of_motion(of_motion), 110)]
-    if options.bounds:
-        data["bounds"] = {"stiffness": stiffness_bounds(question)._asdict()}
-        if question.method.damping:
-            data["bounds"]["damping"] = damping_bounds(question)._asdict()
-        lines += list(_bounds_rows(data["bounds"], question))
-        data["bounds"] = {name: _ends(bounds, name) for name, bounds in data["bounds"].items()}
+    for more, rows in (
+        _of_motion(question, speeds) if speeds is not None else ({}, []),
+        _of_bounds(question) if options.bounds else ({}, []),
+    ):
+        data |= more
+        lines += rows
     if not options.schemes:
         return Report(lines, data, units)
 
@@ -350,6 +342,30 @@ def _report(question: "Impact", options: argparse.Namespace, speeds: "np.ndarray
         return _schemes(question, asked, options.tolerance)
 
     return Report(chain(lines, [""], _table(table())), lambda: data | {"schemes": list(table())}, units)
+
+
+def _of_motion(question: "Impact", speeds: "np.ndarray") -> tuple[dict[str, object], list[Row]]:
+    """What the contact gives at the closing speeds of a motion, (n,), as JSON and as lines."""
+    from vibroscope.app.explorer.impact_words import over_speeds_of_motion
+    from vibroscope.engine import over_motion
+
+    found = over_motion(question, speeds)
+    histogram = zip(found.speed.tolist(), found.count.tolist(), strict=True)
+    data = {"speeds": [{"speed_m_per_s": speed, "count": count} for speed, count in histogram]}
+    data |= {"speed_m_per_s": _plain(found.speeds)}
+    data |= _data(found, *_SPANS, "without_solution", "blown_up", "stuck")
+    return {"motion": data}, [Row("motion", over_speeds_of_motion(found), 110)]
+
+
+def _of_bounds(question: "Impact") -> tuple[dict[str, object], list[Row]]:
+    """From where to where around K and D each holds, as JSON and as lines."""
+    from vibroscope.engine import damping_bounds, stiffness_bounds
+
+    found = {"stiffness": stiffness_bounds(question)._asdict()}
+    if question.method.damping:
+        found["damping"] = damping_bounds(question)._asdict()
+    data = {name: _ends(bounds, name) for name, bounds in found.items()}
+    return {"bounds": data}, list(_bounds_rows(found, question))
 
 
 def _schemes(question: "Impact", asked: float, tolerance: float) -> Iterator[dict[str, object]]:

@@ -24,7 +24,7 @@ from vibroscope.engine.drivers.time_stepping import linear_scheme
 from vibroscope.engine.kernels.accelerated.matrix_skip import AFTER_STEP
 from vibroscope.engine.law_table import numbers_of
 
-from tests.law_numbers import law_numbers
+from tests.law_numbers import SKIPPED, law_numbers
 from tests.share import every
 
 IMPACTS = ("time", "position", "velocity_before", "velocity_after", "impulse", "closing_speed")
@@ -122,20 +122,7 @@ def test_every_law_with_every_integrator_and_status(law):
     assert (none > 0) == (law in ("kelvin-voigt", "cut", "compression", "constant-restitution", "bilinear"))
 
 
-CASES = [  # integrator, status, law
-    (HHT(0.0), "start", "kelvin-voigt"),
-    (NewmarkBeta(), "start", "cut"),
-    (HHTInterpolated(), "end", "kelvin-voigt"),
-    (Bathe(0.5), "end", "cut"),
-    (HHTInterpolated(), "end", "jankowski"),
-    (Bathe(0.5), "start", "limited"),
-    (NewmarkBeta(), "end", "compression"),
-    (HHTInterpolated(), "end", "bilinear"),
-    (Bathe(0.5), "start", "bilinear"),
-]
-
-
-@pytest.mark.parametrize(("integrator", "status", "law"), CASES)
+@pytest.mark.parametrize(("integrator", "status", "law"), SKIPPED)
 @pytest.mark.parametrize("system", [System(), System(wall=True, clearance=0.2)], ids=["two", "wall"])
 def test_what_is_recorded(system, integrator, status, law):
     method = TimeStepping(2500.0, 8.0, 2000, integrator, status, "keep", law, **law_numbers(law))
@@ -188,7 +175,7 @@ def bound_and_differences(tables, mode, r):
     return tables.bounds[mode, r] * 8 / stride**2, largest
 
 
-@pytest.mark.parametrize(("integrator", "status", "law"), CASES)
+@pytest.mark.parametrize(("integrator", "status", "law"), SKIPPED)
 def test_no_second_difference_exceeds_its_bound(integrator, status, law):
     method = TimeStepping(2500.0, 8.0, 2000, integrator, status, law=law, **law_numbers(law))
     p = parameters_of(System(clearance=0.3), 1.08, method)
