@@ -9,6 +9,8 @@ so that two runs that go on from other periods may settle at other times; the ki
 - With a time step: by the motion without one that begins where the run ends, and by the width of the section's band
   with smaller steps (:mod:`.time_step_scatter`). A band beside a limit that repeats itself which narrows with the same
   step, too, is the rest of a transient: the cell is judged later.
+- A chaotic transient ends by chance, after thousands of periods as after ten. A single motion that is found chaotic is
+  followed several times as far; of the cells of a study that are called chaotic a few in a hundred may settle later.
 
 What these runs do not decide is undecided.
 """
@@ -39,6 +41,7 @@ from vibroscope.engine.motions.tolerances import FOLLOWED_GROWTH, REPEATED_BAND,
 from vibroscope.engine.simulate import FARTHEST, LONG
 
 SETTLED_PERIODS = SCATTER_KEEP  # last periods of a run that a motion is judged by
+MOST_STEPS = 8_000_000  # taken one by one, of a run that shows whether a single motion has come to the end of a long transient
 LONGEST_SEEN = 512  # periods of a cycle that a motion may have settled to while it was followed
 
 # Of each cell: dtype and what stands where nothing is known.
@@ -60,23 +63,29 @@ class Evidence:
 
     Attributes
     ----------
-    starts : list of (4,) ndarray
-        Where each later run began, in place of the run before, which was the rest of a transient.
+    starts : list of ((4,) ndarray, int)
+        Where each later run began, in place of the run before, which was the rest of a transient; its transient.
     own_period : int
         After which the scattered section that was judged last happens to repeat itself; 0 if it does not.
     judged : Judgements
         Of that section.
     finer : list of (int, ndarray)
         Steps per period, and the section with them.
+    limit : Evidence or None
+        Of the motion without one that begins where the run ends.
+    kind : dict of str to number
+        Of a motion without a time step: `KIND_VARIABLES`.
     followed : Lyapunov or None
-        What decided the kind of a motion without a time step.
+        What decided it.
     section : ndarray
         Its last points.
+    is_late : bool
+        Whether these are of later runs than the one that was judged.
     """
 
     def __init__(self):
-        self.starts, self.finer, self.own_period, self.judged = [], [], 0, None
-        self.followed, self.section = None, None
+        self.starts, self.finer, self.own_period, self.judged, self.limit = [], [], 0, None, None
+        self.kind, self.followed, self.section, self.is_late = {}, None, None, False
 
 
 def late_runs(cells: Cells, least: int = 0, **how) -> CellResults:
@@ -160,7 +169,8 @@ def classify(followed: Lyapunov) -> tuple[Kind, str]:
 
 def _judge_bands(cells: Cells, sections: np.ndarray, evidence: Evidence | None, how) -> dict[str, np.ndarray]:
     """Judge cells by their limits without a time step, and by what smaller steps leave of the sections' bands."""
-    limit, spreads = _limits(replace(cells, method=cells.method.limit, steps=None), how)
+    limit_evidence = Evidence() if evidence else None
+    limit, spreads = _limits(replace(cells, method=cells.method.limit, steps=None), how, limit_evidence)
     method = replace(cells.method, every_step=False)
     periods, steps = settled_periods(sections), cells.steps_each()
 
@@ -176,38 +186,53 @@ def _judge_bands(cells: Cells, sections: np.ndarray, evidence: Evidence | None, 
     found = {"kind": judged.kinds, "kind_period": judged.periods}
     found |= {name: np.where(repeats, np.nan, limit[name]) for name in ("lyapunov", "lyapunov_error")}
     if evidence:
-        evidence.own_period, evidence.judged = int(periods[0]), judged
+        evidence.own_period, evidence.judged, evidence.limit = int(periods[0]), judged, limit_evidence
     settling = np.flatnonzero(~judged.is_shown & (limit["kind_period"] > 0))
     settling = settling[can_narrow(sections[settling])]
-    if len(settling):
+    for transient in _transients(cells, limit_evidence):
+        if not len(settling):
+            break
         some = cells.at(settling)
-        later = _go_on(some, how)
+        later = _go_on(some, how, transient)
         narrower = band_widths(later.section, judged.about[settling]) < SHRUNK * judged.widths[settling]
         chosen = np.flatnonzero(later.ok & narrower & (np.abs(later.end) <= FARTHEST).all(axis=1))
         if len(chosen):
             if evidence:
-                evidence.starts.append(sections[0, -1])
+                evidence.starts.append((sections[0, -1], transient))
                 evidence.finer.clear()
             going_on = some.at(chosen, initial=later.section[chosen, -1])
             again = _judge_bands(going_on, later.section[chosen], evidence, how)
             for name, array in again.items():
                 found[name][settling[chosen]] = array
+        settling = np.delete(settling, chosen)
     return found
 
 
-def _go_on(cells: Cells, how: dict, **recurrence: float) -> CellResults:
+def _transients(cells: Cells, limit: Evidence | None) -> tuple[int, ...]:
+    """Periods after which bands are looked at again, whether they were the rest of a transient.
+
+    Of a single motion once more where the transient was long without a time step, too, as far as its steps allow.
+    """
+    if limit is None or not limit.is_late:
+        return (SCATTER_TRANSIENT,)
+    longest, method = schedule_of(cells.method.limit).confirmed, cells.method
+    most = longest if method.skips_steps else MOST_STEPS // int(cells.steps_each()[0])
+    return SCATTER_TRANSIENT, min(longest, most)
+
+
+def _go_on(cells: Cells, how: dict, transient: int = SCATTER_TRANSIENT, **recurrence: float) -> CellResults:
     """Runs that go on from the ends of others until what these have left behind has died out."""
-    return run_cells(cells, transient=SCATTER_TRANSIENT, sample=SETTLED_PERIODS, **recurrence, **how)
+    return run_cells(cells, transient=transient, sample=SETTLED_PERIODS, **recurrence, **how)
 
 
-def _limits(cells: Cells, how: dict) -> tuple[dict[str, np.ndarray], np.ndarray]:
+def _limits(cells: Cells, how: dict, evidence: Evidence | None) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Kinds of the motions without a time step that begin where cells ended, and the spreads of their cycles.
 
     A spread is that of the points of a cycle (:func:`.section.cycle_spreads`); 0 for other motions.
     """
     runs = _go_on(cells, how, recurrence=SETTLES)
     cycles = np.where(runs.ok[:, None, None], runs.section, np.nan)
-    found, later = _follow(cells, cycles, how)
+    found, later = _follow(cells, cycles, how, evidence)
     for i, section in later.items():
         cycles[i] = section[-SETTLED_PERIODS:]
     shown = (found["kind_period"] > 0) & (2 * found["kind_period"] <= SETTLED_PERIODS)
@@ -219,10 +244,7 @@ def _limits(cells: Cells, how: dict) -> tuple[dict[str, np.ndarray], np.ndarray]
 
 def _judge_closed_forms(cells: Cells, sections: np.ndarray, evidence: Evidence | None, how) -> dict[str, np.ndarray]:
     """Judge cells by their sections, and those that do not repeat themselves by what they come to."""
-    found, later = _follow(cells, sections, how, evidence)
-    if evidence:
-        evidence.section = later.get(0, sections[0])
-    return found
+    return _follow(cells, sections, how, evidence)[0]
 
 
 def _follow(
@@ -291,4 +313,8 @@ def _follow(
     # contacts that stick leave nothing of a disturbance: a long cycle shows in the section alone, if it is one
     sticking = (found["lyapunov"] == -np.inf) & ~decided_by_rounding
     go_on(np.flatnonzero(sticking), LONG - 2 * LONGEST_SEEN, 2 * LONGEST_SEEN)
+    if evidence:
+        go_on(np.flatnonzero(found["kind"] == CellKind.CHAOTIC), schedule.confirmed, SETTLED_PERIODS)
+        evidence.kind, evidence.section = {name: array[0] for name, array in found.items()}, later.get(0, sections[0])
+        evidence.is_late = 0 in later
     return found, later

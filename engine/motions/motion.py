@@ -146,11 +146,11 @@ class Runs(NamedTuple):
         how = {"max_period": schedule_of(self.method).longest, "cancelled": self.cancelled}
         return steady(self.system, self.eta, self.method, initial=initial, **how)
 
-    def judged(self, run: Response) -> tuple[dict[str, np.ndarray], Evidence]:
-        """What the judge of many cells says of a run that keeps its last DESCRIBED_PERIODS, and by what."""
+    def judged(self, run: Response) -> Evidence:
+        """By what the judge of many cells decides on a run that keeps its last DESCRIBED_PERIODS."""
         evidence, cells = Evidence(), Cells(self.system, [self.eta], self.method)
-        found = judge(cells, run.section[None], evidence=evidence, threads=1, cancelled=self.cancelled)
-        return {name: array[0] for name, array in found.items()}, evidence
+        judge(cells, run.section[None], evidence=evidence, threads=1, cancelled=self.cancelled)
+        return evidence
 
     def multipliers(self, state: np.ndarray, period: int) -> np.ndarray:
         """The Floquet multipliers of a cycle through a state."""
@@ -173,11 +173,10 @@ class Runs(NamedTuple):
 
 
 def _closed_form_motion(runs: Runs, initial) -> Motion:
-    system, eta, method, cancelled = runs
+    system, cancelled = runs.system, runs.cancelled
     if reason := unresolved(system):
         run = runs.run(LONG, initial)
         return replace(describe(run, 0), type=Kind.UNDECIDED, reason=reason) if run.ok else describe(run)
-    schedule = schedule_of(method)
     found = runs.steady(initial)
     run = found.response
     if found.periodic:
@@ -191,12 +190,18 @@ def _closed_form_motion(runs: Runs, initial) -> Motion:
         return _periodic_motion(runs.run(2, state, keep=1), 1, runs.multipliers(state, 1), cancelled)  # nothing moves
     if not system.excitation.drives and (own := own_period(run)) == own:
         return _free_motion(runs.run(DESCRIBED_PERIODS, state), own, cancelled)
-    run = runs.run(schedule.long, initial)
-    kind, evidence = runs.judged(run)
-    followed = evidence.followed
+    long = schedule_of(runs.method).long
+    run = runs.run(long, initial)
+    return _judged_motion(runs, run.section[-1], runs.judged(run), long)
+
+
+def _judged_motion(runs: Runs, state: np.ndarray, evidence: Evidence, periods: int) -> Motion:
+    """Describe a motion without a time step by what the judge found from a state on, after a run of so many periods."""
+    system, eta, method, cancelled = runs
+    kind, followed = evidence.kind, evidence.followed
     if kind["kind"] == CellKind.PERIODIC:
         cycle = _late_cycle(runs, evidence.section, int(kind["kind_period"]))
-        return replace(cycle, reason=cycle.reason + f"; a run of {schedule.long} periods did not find it")
+        return replace(cycle, reason=cycle.reason + f"; a run of {periods} periods did not find it")
     if kind["lyapunov"] == -np.inf:
         run = runs.run(DESCRIBED_PERIODS, evidence.section[-1], record=SAMPLED)
         none = f"no cycle of up to {LONGEST_SEEN} periods is found"
@@ -208,9 +213,10 @@ def _closed_form_motion(runs: Runs, initial) -> Motion:
         return replace(described, reason=reason, lyapunov=-np.inf, lyapunov_error=0.0)
     if np.isnan(kind["lyapunov"]):
         reason = f"after {len(followed.section)} periods more it has no derivative: an impact grazes"
-        return replace(describe(run, 0), reason=reason)
+        return replace(describe(runs.run(DESCRIBED_PERIODS, state), 0), reason=reason)
     if kind["kind"] != CellKind.UNDECIDED:  # the exponent over more periods, where they show the same kind
-        longer = lyapunov(system, eta, method, initial=state, periods=schedule.followed, cancelled=cancelled)
+        more = schedule_of(method).followed
+        longer = lyapunov(system, eta, method, initial=state, periods=more, cancelled=cancelled)
         followed = longer if classify(longer)[0] is classify(followed)[0] else followed
     (kind, reason), state = classify(followed), followed.section[-1]
     run = runs.run(DESCRIBED_PERIODS, state, record=SAMPLED)
@@ -373,12 +379,14 @@ def _stepped_motion(runs: Runs, initial) -> Motion:
         return replace(describe(run, 0), type=Kind.UNDECIDED, reason=reason, near_period=0)
     if not runs.system.excitation.drives and (own := own_period(run)) == own:
         return _free_motion(run, own, cancelled)
-    _, evidence = runs.judged(run)
+    evidence = runs.judged(run)
     if evidence.starts:  # the band at first was the rest of a transient
-        run = runs.run(SCATTER_TRANSIENT + DESCRIBED_PERIODS, evidence.starts[-1])
+        start, transient = evidence.starts[-1]
+        run = runs.run(transient + DESCRIBED_PERIODS, start)
         state = run.section[-1]
-    limit = _closed_form_motion(runs._replace(method=runs.method.limit), state)
-    judged = section_judgement(run, limit, evidence.judged, evidence.own_period, evidence.finer)
+    limit = _limit_motion(runs._replace(method=runs.method.limit), state, evidence.limit)
+    late = evidence.limit.is_late and limit.type is Kind.PERIODIC
+    judged = section_judgement(run, limit, evidence.judged, evidence.own_period, evidence.finer, late)
     scattered = judged.step_noise > 0
     described = describe(run, 0 if scattered else judged.period)
     described = replace(
@@ -398,6 +406,16 @@ def _stepped_motion(runs: Runs, initial) -> Motion:
         return runs.with_multipliers(described, limit.multipliers, limit) if limit.period else described
     values = runs.multipliers(state, judged.period)
     return runs.with_multipliers(replace(described, section=described.section[-judged.period :]), values)
+
+
+def _limit_motion(runs: Runs, state: np.ndarray, evidence: Evidence | None) -> Motion:
+    """Describe the motion without a time step from a state on, by what the judge decided about it; else anew."""
+    kind = evidence.kind["kind"] if evidence else CellKind.UNDECIDED
+    if kind == CellKind.PERIODIC and not evidence.is_late:
+        return _late_cycle(runs, evidence.section, int(evidence.kind["kind_period"]))
+    if kind == CellKind.UNDECIDED:
+        return _closed_form_motion(runs, state)
+    return _judged_motion(runs, state, evidence, SCATTER_TRANSIENT + DESCRIBED_PERIODS)
 
 
 def own_period(response: Response) -> float:

@@ -264,6 +264,8 @@ class Schedule(NamedTuple):
         repeat itself is judged: a chaotic transient may last thousands.
     judged : tuple of int
         Periods with a derivative that decide its kind; each number only if those before do not.
+    confirmed : int
+        Periods after which a single motion that was found chaotic is looked at again, whether it was a transient.
     """
 
     attempts: tuple[int, ...]
@@ -271,10 +273,11 @@ class Schedule(NamedTuple):
     longest: int
     followed: int
     judged: tuple[int, ...]
+    confirmed: int
 
 
-CLOSED_FORM = Schedule((8, 32, 128, 512), LONG, 64, 8192, (512, 4096, 8192, 4 * 8192))
-BY_STEPS = Schedule((8, 32, 128), 512, 16, 2048, (512, 2048))  # contact without a closed form
+CLOSED_FORM = Schedule((8, 32, 128, 512), LONG, 64, 8192, (512, 4096, 8192, 4 * 8192), 5 * 8192)
+BY_STEPS = Schedule((8, 32, 128), 512, 16, 2048, (512, 2048), 5 * 2048)  # contact without a closed form
 
 
 def schedule_of(method: Reference | ExactPenalty) -> Schedule:

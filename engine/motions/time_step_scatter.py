@@ -173,7 +173,12 @@ def widths_text(bands: Iterable[tuple[int, float]]) -> Statement:
 
 
 def section_judgement(
-    run: Response, limit: Motion, judged: Judgements, own_period: int, finer: Iterable[tuple[int, np.ndarray]]
+    run: Response,
+    limit: Motion,
+    judged: Judgements,
+    own_period: int,
+    finer: Iterable[tuple[int, np.ndarray]],
+    is_late: bool = False,
 ) -> SectionJudgement:
     """Say what the section of a run shows.
 
@@ -189,6 +194,8 @@ def section_judgement(
         After which it happens to repeat itself; 0 if it does not.
     finer : iterable of (int, ndarray)
         Steps per period, and the section with them.
+    is_late : bool
+        Whether the motion without a time step shows what it is after a long transient only.
     """
     period, body = int(judged.about[0]), run.system.observed_body
     if judged.is_shown[0]:
@@ -220,6 +227,8 @@ def section_judgement(
     elif decided is Kind.UNDECIDED:
         is_seen = limit.period <= period
         what = "more steps per period would decide" if is_seen else "too long a cycle for these periods to show it"
+        if is_late and is_seen:
+            what = "this may be as long a transient: more periods would decide"
         reason = stated(
             "the section is a band ({}), and without a time step the motion is {} ({}): {}",
             listed,

@@ -29,7 +29,8 @@ REMOVED, HALF, APART = 0.75, 0.5, 0.85  # the definition of blame: of what can b
 REBOUNDS, RESOLVED = 0.15, 10  # a contact that stands for an impact: restitution within, and steps at least
 NOTHING = re.compile("No K, D or time step that was tried|No number alone")
 AROUND = (0.91, 0.955, 1.0, 1.05, 1.1)  # neighbours whose median counts, so that luck does not
-EXPONENT = 0.005  # per period: a larger Lyapunov exponent is positive
+EXPONENT = 0.005  # per period: a larger Lyapunov exponent is positive …
+UNCLEAR, PIECES, MORE_PIECES = 0.1, 200, 4000  # … and one below this is averaged over more periods
 SLOW_LAWS = ("hunt-crossley", "flores", "jankowski")  # a contact without a step is integrated
 SHRINKS = 0.7  # times as wide with more steps: a band that the time step makes
 STEPPED = ("steps", "limit", "status", "integrator")
@@ -291,7 +292,9 @@ class _Judge:
             return "periodic", period
         if getattr(method, "law", "") in SLOW_LAWS:
             return "unknown", 0
-        exponent = self.exponent(method, section[-1])
+        exponent = self.exponent(method, section[-1], PIECES)
+        if abs(exponent) < UNCLEAR:  # the motion of a locked torus returns after a thousand periods
+            exponent = self.exponent(method, section[-1], MORE_PIECES)
         return ("chaotic" if exponent > EXPONENT else "regular"), 0
 
     def period_without_step(self, method, section):
@@ -303,13 +306,13 @@ class _Judge:
         run = simulate(self.runs.system, self.runs.eta, method, periods=periods, keep=200, initial=start)
         return period_of(run.section, 100) if run.ok else 0
 
-    def exponent(self, method, state, pieces=250, settling=50):
+    def exponent(self, method, state, pieces, settling=50):
         """Largest Lyapunov exponent per period, of two runs that are brought close again after each period."""
         system, eta, distance = self.runs.system, self.runs.eta, 1e-7
         one = np.array(state, float)
         direction = np.array([1.0, 0.5, 0.0, 0.0] if system.wall else [1.0, 0.5, -0.7, 0.3])
         other, total = one + distance * direction / np.linalg.norm(direction), 0.0
-        for piece in range(pieces):
+        for piece in range(settling + pieces):
             ends = []
             for start in (one, other):
                 begin = Checkpoint(system, eta, method, 0, tuple(start))
@@ -321,7 +324,7 @@ class _Judge:
             grown = max(float(np.linalg.norm(away)), 1e-14)
             total += math.log(grown / distance) * (piece >= settling)
             other = one + away * (distance / grown)
-        return total / (pieces - settling)
+        return total / pieces
 
     @staticmethod
     def agrees(said, found):

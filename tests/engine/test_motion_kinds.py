@@ -147,3 +147,14 @@ def test_a_band_about_other_points_than_those_of_the_cycle_is_undecided_in_both(
     assert (kinds["kind"][0], kinds["kind_period"][0]) == (CellKind.UNDECIDED, 0)
     assert "repeats itself every 3 periods: with this time step it is another motion" in found.reason
     assert len(found.bands) == 1
+
+
+def test_a_long_chaotic_transient_is_no_chaos_with_and_without_steps():
+    eta, stiffness, damping = 3.84, 12600, 0.247  # irregular over some ten thousand periods from rest
+    method = ExactPenalty(stiffness, damping)
+    assert motion(simulate(SYSTEM, eta, method, periods=60_000, keep=12)).period == 3
+    found = motion(SYSTEM, eta, method)
+    assert (found.type, found.period) == (Kind.PERIODIC, 3)
+    stepped = motion(SYSTEM, eta, Newmark(stiffness, damping, 2000))
+    assert stepped.type is not Kind.CHAOTIC
+    assert (stepped.type, stepped.period) == (Kind.PERIODIC, 3) or "as long a transient" in str(stepped.reason)
