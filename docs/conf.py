@@ -54,7 +54,6 @@ nb_ipywidgets_js = {}  # by default from another host; no page has a widget
 suppress_warnings = ["mystnb.unknown_mime_type"]  # what HoloViews sends to a live notebook alone
 smartquotes = False  # options have two hyphens
 
-autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the kinds stand in the docstrings
 add_module_names = False
