@@ -42,6 +42,7 @@ extensions = [
     "gallery",
     "stores",
     "system_keys",
+    "terms",
     "typeset",
 ]
 html_math_renderer = "mathml"  # of typeset.py

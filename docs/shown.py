@@ -12,12 +12,10 @@ import re
 import runpy
 import shlex
 import sys
-import tomllib
 from pathlib import Path
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
-from docutils.nodes import make_id
 from vibroscope.app.commands.cli import main as vibroscope
 
 DOCS = Path(__file__).parent
@@ -63,31 +61,6 @@ def draw(name: str, folder: Path) -> Path:
     return folder / f"{name}.svg"
 
 
-def source_of(address: str) -> str:
-    """The page and heading from which a section of the site is made."""
-    place, _, wanted = address.partition("#")
-    page = f"{place.removesuffix('.html')}.md"
-    titles = re.findall(r"^#+ (.*)$", (DOCS / page).read_text(encoding="utf-8"), re.MULTILINE)
-    slugs = {make_id(title): re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}
-    return f"{page}#{slugs[wanted]}" if wanted else page
-
-
-def glossary() -> str:
-    """The page of the glossary, from ``assets/glossary.toml``."""
-    found = tomllib.loads((DOCS.parent / "assets/glossary.toml").read_text(encoding="utf-8"))
-    lines = [
-        "# Glossary",
-        "Words that a textbook lacks, or has in another sense; [symbols](theory/symbols.md) have a page of their own. "
-        "`make shown` writes this page from `assets/glossary.toml`.",
-        "## On the page",
-        "Help lists them, and a term on the page opens its entry.",
-    ]
-    lines += [f"**{entry['head']}**: {entry['text']} ([more]({source_of(entry['read'])}))." for entry in found["entry"]]
-    lines += ["## In the code", "Paths are relative to the root of the repository."]
-    lines += [f"**{entry['head']}.** {entry['text']}" for entry in found["code"]]
-    return "\n\n".join(lines) + "\n"
-
-
 def main() -> None:
     """Renew what pages show."""
     argparse.ArgumentParser(description=__doc__.partition("\n")[0]).parse_args()
@@ -97,7 +70,6 @@ def main() -> None:
             BLOCK.sub(lambda block: f"```text\n$ vibroscope {block['call']}\n{shown(block)}```", page.read_text())
         )
         print(page.name)
-    (DOCS / "glossary.md").write_text(glossary())
     for name in DRAWN:
         print(draw(name, FIGURES).name)
 

@@ -69,6 +69,11 @@ def test_every_name_occurs_in_the_code(document):
     assert not [text for text in missing if not places(text)]
 
 
+def test_every_path_and_name_of_the_glossary_exists():
+    test_every_path_exists(ROOT / "assets/glossary.toml")
+    test_every_name_occurs_in_the_code(ROOT / "assets/glossary.toml")
+
+
 def test_every_option_is_one_of_a_command_or_script(document):
     texts = [text for text in quoted(document) if not text.startswith("docker ")]
     options = {word for text in texts for word in re.findall(r"(?<!\S)--[\w-]+", text)} - options_of(build_parser())

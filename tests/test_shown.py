@@ -38,7 +38,3 @@ def test_a_figure_is_what_its_script_draws(name, tmp_path):
     assert len(kept) == len(drawn) > 10
     numbers = [[np.array(re.findall(r"-?\d+\.?\d*", path), float) for path in paths] for paths in (kept, drawn)]
     assert all(len(a) == len(b) and np.allclose(a, b, atol=0.5) for a, b in zip(*numbers, strict=True))
-
-
-def test_the_glossary_is_that_of_the_page_and_the_code():
-    assert (ROOT / "docs/glossary.md").read_text(encoding="utf-8") == shown.glossary()

@@ -82,7 +82,7 @@ Chrono could not be had: the wheel `pychrono` is another package, of decorators.
 
 _OPENSEES = """\
 Ten periods with `ViscoelasticGap`, contact status iterated to the end of the step (`TimeStepping` with the status "end"
-and the initial acceleration "zero", since OpenSees begins with zero accelerations unless they are given), iterations to
+and the initial acceleration "zero", as OpenSees begins unless accelerations are given), iterations to
 {tolerance}. The difference is the largest of displacements and velocities after ten periods.
 
 {table}
@@ -90,12 +90,15 @@ and the initial acceleration "zero", since OpenSees begins with zero acceleratio
 In all {steps} steps of these runs OpenSees' step is one that our step matrices give from the same state, to {own}.
 Where it stops, they give none: it stops in {stops} of {runs} runs, each time in the step that is predicted.
 
-**Two solutions.** Where both contact statuses agree with their own end, ours keeps the former one. OpenSees' choice is
-that of its iterations.
+**Other solution.** Where both contact statuses agree with their own end, ours keeps the former one, OpenSees that of
+its iterations.
 
-**Steps that have a solution, and Newton's iterations do not find it.** The tangent of `ViscoelasticGap` leaves out its
-damper, so that the iterations may cycle. The deck then tries OpenSees' Krylov-Newton algorithm. Where Newton's alone
-stop, of the runs with T/500:
+**Growth.** "a a step grows to b, ours to c": steps from the same state agree to a, the runs to b after ten periods,
+and two of ours to c if each step of one is off by a.
+
+**Solutions that Newton's iterations do not find.** The tangent of `ViscoelasticGap` leaves out its damper, so that the
+iterations may cycle. The deck then tries OpenSees' Krylov-Newton algorithm. Of the runs with T/500,
+Newton's alone stop:
 
 {repeated}
 
@@ -103,7 +106,7 @@ stop, of the runs with T/500:
 from the second iteration on its update hands over the acceleration at the end of the step, not the one between (in its
 source: `theModel->setResponse(*Ualpha,*Ualphadot,*Udotdot)`). At η = 2.76, K = 12000, D = 18, T/2000, ρ∞ = 0.8 its
 steps differ from generalised-α by up to {proper}, and by {end} from the same method with the inertia at the end of the
-step. That is no method of its own: it is of first order, and without dampers its spectral radius is {apart} apart
+step. That method is of first order, and without dampers its spectral radius is {apart} apart
 and {contact} in contact, so that it amplifies with every step. The deck therefore has `HHTGeneralized`.
 
 **TR-BDF2.** OpenSees counts each half as a step; the deck takes two of them. **HHT**: its α is 1 + ours, with forces at
@@ -120,13 +123,13 @@ With a damper a contact pair of the type surface to surface stands for the conta
 by {default} after two periods. `SPRING2` with the same table needs the tighter one: it is off by {loose} with the
 default, and by {tight} with 1e-8.
 
-**Energy.** CalculiX checks the energy of an impact, too. At T/500 it stops at the first touch after the start
-("solution seems to diverge"), where its iterations have converged. Shorter steps get over it."""
+**Energy.** CalculiX checks the energy of an impact, too: at T/500 it stops at the first touch after the start
+("solution seems to diverge"), where its iterations have converged."""
 
 
 _MUJOCO = """\
 The same pendulums with springs, dampers and loads as applied forces, so that the contact alone is MuJoCo's, in steps of
-semi-implicit Euler. There is no deck, since this contact is a law of accelerations. With `solref="-k -b"` and a
+semi-implicit Euler. There is no deck: this contact is a law of accelerations. With `solref="-k -b"` and a
 constant impedance d in `solimp` its force is, by its documentation,
 
     λ = max(0, (−kg/d − bg′/d − a₀) d/A),    A = 1/m₁ + 1/m₂,
@@ -147,10 +150,10 @@ Newmark's method, the damper by the formula of each law with e = 0.5, ten period
 {table}
 
 In all {steps} steps of its runs `JankowskiImpact` gives the step that ours gives from the same state, to {own}: what
-stays of its iterations. The motion makes more of that, and of the same in ours, from period to period. `Hertzdamp`
+stays of its iterations. `Hertzdamp`
 takes the closing speed at the end of its first step in contact, ours that at touch. Its damper is set to zero where a
-trial of an iteration opens the gap, and stays so for the rest of the contact, which goes on. Such trials are frequent,
-since the tangents of both materials have the wrong sign in their source (`trialTangent = -n*...`)."""
+trial of an iteration opens the gap, and stays so for the rest of the contact. Such trials are frequent, since the
+tangents of both materials have the wrong sign in their source (`trialTangent = -n*...`)."""
 
 
 def main() -> None:

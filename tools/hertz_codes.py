@@ -125,18 +125,14 @@ class LawRow(NamedTuple):
         stop = f"; it stops in step {self.stopped}" if self.stopped is not None else ""
         if self.force:
             return (
-                f"{self.apart:.0e} apart after {self.periods} periods; its force is that of its formula to "
-                f"{self.force.fault:.0e}, but without damper in {100.0 * self.force.undamped:.0f} % of the steps in "
-                f"contact{stop}"
+                f"{self.apart:.0e} apart; its formula to {self.force.fault:.0e}, without damper in "
+                f"{100.0 * self.force.undamped:.0f} % of the contact{stop}"
             )
         if self.apart <= AGREE:
             return f"agree to {self.apart:.0e}{stop}"
         if self.apart > 10.0 * self.growth.disturbed or self.growth.own > AGREE:
             return "unexplained"
-        return (
-            f"{self.growth.own:.0e} in a step grows to {self.apart:.0e}, in ours alone to "
-            f"{self.growth.disturbed:.0e}{stop}"
-        )
+        return f"{self.growth.own:.0e} a step grows to {self.apart:.0e}, ours to {self.growth.disturbed:.0e}{stop}"
 
 
 def compare_law(problem: DeckProblem, folder: Path) -> LawRow:

@@ -194,36 +194,29 @@ class Row(NamedTuple):
         if not walk.stops or walk.own > AGREE:
             return "unexplained"
         if self.theirs is not None and self.theirs == self.ours:
-            return f"both stop in {self.place(self.theirs)}"
+            return f"both stop in step {self.theirs}"
         if self.theirs is self.ours is None and self.difference <= AGREE:
             return "agree"
         if walk.other:
-            found = f"of two solutions of {self.place(walk.other[0])} theirs takes the other"
+            found = f"other solution of step {walk.other[0]}"
             if self.theirs is None:
-                return f"{found}; from there on {self.grown(walk.followed)}"
-            stop = self.place(self.theirs)
+                return f"{found}, then {self.grown(walk.followed)}"
             if walk.alike:
-                return f"{found}; from there on both stop in {stop}"
-            return f"{found}; from there on {self.grown(walk.followed)}; its state has no solution of {stop}"
+                return f"{found}, then both stop in step {self.theirs}"
+            return f"{found}, then {self.grown(walk.followed)}; theirs has none of step {self.theirs}"
         if self.theirs is self.ours is None:
             return self.grown(self.difference)
         grown = self.grown(walk.followed)
         if self.theirs is None and grown != "unexplained":
-            return f"{grown}; our state has no solution of {self.place(self.ours)}"
+            return f"{grown}; ours has none of step {self.ours}"
         return "unexplained"
-
-    def place(self, step: int) -> str:
-        """A step and its period in words."""
-        return f"step {step} (period {(step - 1) // self.problem.method.steps + 1})"
 
     def grown(self, difference: float) -> str:
         """Whether a difference is what becomes of that of single steps."""
         if difference <= AGREE:
             return "they agree"
         if difference <= 10.0 * self.walk.disturbed:
-            return (
-                f"{self.walk.own:.0e} in a step grows to {difference:.0e}, in ours alone to {self.walk.disturbed:.0e}"
-            )
+            return f"{self.walk.own:.0e} a step grows to {difference:.0e}, ours to {self.walk.disturbed:.0e}"
         return "unexplained"
 
 
@@ -258,7 +251,7 @@ def repeated(row: Row, folder: Path) -> str | None:
         return None
     alone = deck("opensees", row.problem).replace('("Newton", "KrylovNewton")', '("Newton",)')
     _, stopped = run_opensees(alone, folder)
-    return None if stopped == row.theirs else row.place(stopped)
+    return None if stopped == row.theirs else f"step {stopped}"
 
 
 @dataclass(frozen=True)

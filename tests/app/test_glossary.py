@@ -51,5 +51,5 @@ def test_help_shows_every_entry():
 )
 def test_what_the_time_step_makes_of_a_section_has_one_word(path):
     """It is blurred; "scatter" is the name of a column and of a number in Python alone."""
-    of_the_page = (ROOT / path).read_text(encoding="utf-8").partition("[[code]]")[0]  # of the glossary
+    of_the_page = (ROOT / path).read_text(encoding="utf-8").partition("[code]")[0]  # of the glossary
     assert "scatter" not in of_the_page.lower()

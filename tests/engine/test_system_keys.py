@@ -31,7 +31,7 @@ def all_known(table):
 @pytest.mark.parametrize("table", TABLES)
 def test_the_reference_has_every_key_that_the_reader_knows(table):
     assert [row[0] for row in rows(table)] == all_known(table)
-    assert f"```{{system-keys}} {table}\n```" in PAGE
+    assert f"```{{eval-rst}}\n.. system-keys:: {table}\n```" in PAGE
     assert all(all(row) for row in rows(table))
 
 
