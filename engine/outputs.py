@@ -124,7 +124,7 @@ def _largest_impulse(response: Response, contacts: np.ndarray) -> float:
     """The largest impulse of one contact of the samples, which ``contacts``, (m, 2), overlap.
 
     A contact that lasts longer than SHORT_CONTACT durations of a contact alone, and each permanent contact of the
-    reference, is one with the impacts or contacts at the same stop that lead into it, each slower than the one before.
+    reference, is one with the chatter at the same stop that leads into it (:func:`.description.chatter_before`).
     """
     impacts, sampled = response.impacts, response.trajectory
     size = np.where(impacts.time > sampled.time[0], impacts.impulse, 0.0)
@@ -137,7 +137,7 @@ def _largest_impulse(response: Response, contacts: np.ndarray) -> float:
         lasting[recorded] = np.diff(contacts[recorded], axis=1)[:, 0] > SHORT_CONTACT * alone
     found = np.abs(size).max(initial=0.0)
     for contact, at, whole in zip(contacts[lasting], last[lasting].tolist(), recorded[lasting], strict=True):
-        led = size[max(chatter_before(impacts, at), 0) : at + 1]
+        led = size[max(chatter_before(impacts, at, contact[1] - contact[0]), 0) : at + 1]
         other = np.flatnonzero(led * led[-1:] < 0.0)  # at the other stop
         led = led[other[-1] + 1 :] if len(other) else led
         found = max(found, abs(led.sum() + (0.0 if whole else _impulse_within(sampled, contact))))

@@ -401,18 +401,22 @@ def _table(rows: Iterable[dict[str, object]]) -> Iterator[str]:
 def _bounds_rows(bounds: dict[str, dict], question: "Impact") -> Iterator[Row]:
     """From where to where around K and D each holds."""
     units = SI.units.of_contact(question.method)
-    words = {"stable": "stable", "no_energy_gained": "gains no energy", "solution": "has a solution"}
+    words = {
+        "stable": ("stable in contact", "unstable in contact"),
+        "no_energy_gained": ("gains no energy", "gains energy here"),
+        "solution": ("has a solution", "has none here"),
+    }
     for name, found in bounds.items():
         symbol, quantity = ("K", "contact_stiffness") if name == "stiffness" else ("c", "contact_damping")
         texts = []
         for key, ends in found.items():
             if ends is None:
                 known = key != "stable" or question.method.linear
-                texts += [f"{words[key]} not even here"] if known else []
+                texts += [words[key][1]] if known else []
                 continue
             low, high = (units.text(quantity, end).replace("·", " ") for end in ends)
             parts = [f"from {low}"] * (ends[0] > 0) + [f"to {high}"] * (ends[1] < math.inf)
-            texts.append(f"{words[key]} {' '.join(parts) or 'as far as was looked'}")
+            texts.append(f"{words[key][0]} {' '.join(parts) or 'as far as was looked'}")
         yield Row(f"{symbol}, this step", "; ".join(texts), 110)
 
 

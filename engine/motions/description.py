@@ -267,7 +267,7 @@ def describe(response: Response, period: int | None = None) -> Motion:
         permanent_share=float(np.sum(lengths[lasting]) / (end - begin)),
         spread=float(numbers["spread"]),
         scatter=float(numbers["scatter"]),
-        approach=_smallest_approach(response, response.contacts[lasting, 0], begin),
+        approach=_smallest_approach(response, response.contacts[lasting], begin),
         peak_force=peak_force(response),
         impulse=impulse_per_period(response),
         section=section,
@@ -317,11 +317,18 @@ def _reason(period: int, rows: int) -> str:
     return f"the section does not repeat itself within {rows // 2} periods; that alone does not show what it is"
 
 
-def chatter_before(impacts: Impacts, last: int) -> int:
-    """The first impact of the chatter that ends with impact ``last``: each is slower than the one before."""
-    speeds, first = impacts.closing_speed, last
+def chatter_before(impacts: Impacts, last: int, lasts: float) -> int:
+    """The first impact of the chatter that ends with impact ``last`` in a contact that lasts so long.
+
+    Each is slower than the one before, at ever shorter intervals, and the last of these is shorter than the contact: a
+    decay of separate impacts is no chatter.
+    """
+    times, speeds, first, shortest = impacts.time, impacts.closing_speed, last, 0.0
     while first > 0 and speeds[first - 1] > speeds[first]:
-        first -= 1
+        interval = times[first] - times[first - 1]
+        if interval < shortest or (first == last and interval > lasts):
+            break
+        first, shortest = first - 1, interval
     return first
 
 
@@ -330,12 +337,12 @@ def _smallest_approach(response: Response, lasting: np.ndarray, begin: float) ->
 
     Parameters
     ----------
-    lasting : (m,) ndarray
-        τ at which lasting contacts begin.
+    lasting : (m, 2) ndarray
+        τ at which lasting contacts begin and end.
     """
     times, speeds = response.impacts.time, response.impacts.closing_speed
     counted = times > begin
-    for contact in lasting:
-        last = int(np.searchsorted(times, contact, side="right")) - 1
-        counted[chatter_before(response.impacts, last) + 1 : last + 1] = False
+    for start, end in lasting.tolist():
+        last = int(np.searchsorted(times, start, side="right")) - 1
+        counted[chatter_before(response.impacts, last, end - start) + 1 : last + 1] = False
     return float(speeds[counted].min()) if counted.any() else np.nan

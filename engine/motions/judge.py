@@ -41,7 +41,8 @@ from vibroscope.engine.motions.tolerances import FOLLOWED_GROWTH, REPEATED_BAND,
 from vibroscope.engine.simulate import FARTHEST, LONG
 
 SETTLED_PERIODS = SCATTER_KEEP  # last periods of a run that a motion is judged by
-MOST_STEPS = 8_000_000  # taken one by one, of a run that shows whether a single motion has come to the end of a long transient
+# Taken one by one, of a run that shows whether a single motion has come to the end of a long transient
+MOST_STEPS = 8_000_000
 LONGEST_SEEN = 512  # periods of a cycle that a motion may have settled to while it was followed
 
 # Of each cell: dtype and what stands where nothing is known.

@@ -309,11 +309,11 @@ def _bounds(changed: Callable[[float], Impact], value: float, span: tuple[float,
         return is_stable(bodies, question.method.integrator, step, 1)
 
     def gains_none(value: float) -> bool:
-        return not (over_instants(changed(value).touches, OUTLINE).restitution > 1.0 + GAINED).any()
+        found = over_instants(changed(value).touches, OUTLINE)
+        return not ((found.restitution > 1.0 + GAINED) | (found.code == BLOWN_UP)).any()
 
     def solved(value: float) -> bool:
-        found = over_instants(changed(value).touches, OUTLINE)
-        return bool(np.isfinite(found.restitution).all() and not found.none.any())
+        return not over_instants(changed(value).touches, OUTLINE).unsolved.any()
 
     def around(holds: Callable[[float], bool]) -> tuple[float, float] | None:
         ends = []

@@ -151,7 +151,10 @@ def over_instants(touches: Touches, fineness: Fineness = FULL) -> Instants:
     instant, found = instant[order], found[order]
     code = found[:, :, CODE]
     restitution = np.where(code == PARTED, found[:, :, SPEED], np.where(code == STUCK, 0.0, np.nan))
-    return Instants(instant, restitution, *(found[:, :, k] for k in (DEPTH, PUSH, STEPS, CODE, NONE, TWO)))
+    every = Instants(instant, restitution, *(found[:, :, k] for k in (DEPTH, PUSH, STEPS, CODE, NONE, TWO)))
+    if every.share(np.isfinite(restitution)) < SHORT:  # a lone instant: rounding decides
+        restitution[:] = np.nan
+    return every
 
 
 def _halves(known: np.ndarray, between: np.ndarray) -> np.ndarray:

@@ -205,7 +205,7 @@ def test_bounds_stand_around_k_and_the_damper(capsys):
     damper = found["bounds"]["damping"]["no_energy_gained"]
     assert damper["least"] < found["asked"]["damping"] < damper["greatest"]
     text = run_command(capsys, "impact", *words)[1]
-    assert "K, this step      stable to " in text
+    assert "K, this step      stable in contact to " in text
     assert "gains no energy from " in text
 
 

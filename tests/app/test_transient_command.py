@@ -300,3 +300,16 @@ def test_units_behind_an_underscore_are_those_in_brackets(box, tmp_path, capsys,
         said.append(capsys.readouterr().out)
     assert said[0] == said[1]
     assert "without units" not in said[0]
+
+
+def test_separate_contacts_of_a_decay_have_an_impulse_each(tmp_path, capsys):
+    """Seven contacts, the last soft and long; an integration by others has 0.3062 N s for the second, the largest."""
+    path = tmp_path / "parts.toml"
+    path.write_text(
+        "[physical]\nmass1_kg = 2.4\nfrequency1_Hz = 12\ndamping1_ratio = 0.02\nmass2_kg = 0.9\nfrequency2_Hz = 30\n"
+        "damping2_ratio = 0.02\nclearance_mm = 0.2\nrestitution = 0.6\nbase_amplitude_mm = 0.5\nfrequency_Hz = 25\n"
+    )
+    load = ("--force-trapezoid", "30 N,20 ms", "--body", "2", "--K", "1e5 N/m", "--D", "20 N s/m", "--units")
+    assert main(["transient", "--system", str(path), *load, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["physical"]["penalty"]
+    assert found["impulse"] == pytest.approx(0.3062, rel=1e-3)

@@ -377,6 +377,17 @@ def test_bounds_hold_and_what_lies_beyond_does_not():
     assert stiffness_bounds(asked).stable[0] == 0.0  # as far as is looked
 
 
+def test_touches_that_all_blow_up_have_no_restitution_and_gain_energy():
+    for step in (2.9e-3, 3e-3):  # of the first, some instants between the others seem to stick
+        asked = Impact(TimeStepping(1e6, 200.0, 4), 1.0, time_step=step)
+        found = impact(asked)
+        assert found.blown_up == pytest.approx(1.0)
+        assert np.isnan(found.restitution).all()
+        for bounds in (stiffness_bounds(asked), damping_bounds(asked)):
+            assert bounds.no_energy_gained is None
+            assert bounds.solution == (0.0, np.inf)
+
+
 def test_bands_go_over_steps_and_speeds():
     asked = question("impact", steps=10.0)
     by_steps = dict(over_steps(asked, np.array([5.0, 10.0])))
