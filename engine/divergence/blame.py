@@ -6,6 +6,8 @@ with D at equal restitution leaves, if that is less than two thirds of it.
 
 - x is *to blame* if it removes three quarters of what can be removed, L(x) ≤ T − ¾(T − L), and half of T, and no other
   leaves less than two thirds of what x leaves. All x of which this holds are named: one alone, or each of two or more.
+- Where the contact rebounds as asked and is resolved (:mod:`.conditions`), a change after which it does not is no x:
+  what it leaves less is errors that cancel, and gone with another step.
 - Another law is named only where no number does as well. Status and integrator are what a time step consists of. They
   are named in place of the steps where they do as well.
 - The joint damping is named only where its part is the largest of all, and larger than chance.
@@ -24,6 +26,7 @@ from vibroscope.engine.divergence.conditions import conditions, stay_together
 from vibroscope.engine.divergence.remaining import Remaining
 from vibroscope.engine.divergence.search import enough_steps, search_together
 from vibroscope.engine.divergence.tolerances import APART, EQUALLY, HALF, NEARLY, REMOVED, SAME_CURVE, TIE, WORKS
+from vibroscope.engine.methods import ExactPenalty, TimeStepping
 
 OF_STEPS = ("status", "integrator")
 
@@ -58,6 +61,8 @@ def find_blame(comparison: Comparison, found: Alone, remaining: Remaining) -> Bl
     difference = comparison.difference
     total, chance = difference.total, difference.chance
     changes = [each for each in found.changes if each.changed != "joint damping" or _counts(comparison)]
+    if holds(comparison, comparison.runs.penalty.method):
+        changes = [each for each in changes if not contact_fails(comparison, each)]
     alone = max(min((each.robust for each in changes), default=total), chance)
     if total <= max(SAME_CURVE, chance):
         return Blame(least=min(alone, total))
@@ -105,10 +110,13 @@ def _of_numbers(comparison: Comparison, named: list[Change], remaining: Remainin
 
 def contact_fails(comparison: Comparison, change: Change) -> bool:
     """Whether after a change the contact does not rebound as asked, or is not resolved: what agrees then is luck."""
+    return change.method is not None and not holds(comparison, change.method)
+
+
+def holds(comparison: Comparison, method: ExactPenalty | TimeStepping) -> bool:
+    """Whether the contact of a method rebounds as asked and is resolved, or the bodies never part."""
     run, speed = comparison.runs.penalty, comparison.closing_speed
-    if change.method is None or stay_together(comparison):
-        return False
-    return not conditions(run.system, run.eta, change.method, speed).hold
+    return stay_together(comparison) or conditions(run.system, run.eta, method, speed).hold
 
 
 def _counts(comparison: Comparison) -> bool:

@@ -18,6 +18,7 @@ from vibroscope.engine.divergence.tolerances import (
     AS_ASKED,
     CLOSE_CURVE,
     HALF,
+    LESS,
     SAME_CURVE,
     SAME_DURATION,
     SAME_NUMBER,
@@ -182,7 +183,7 @@ def _cancels(blame: Blame, change: Change) -> str:
 
 def _together_sentence(comparison: Comparison, found: Alone, blame: Blame, now: Conditions | None) -> Statement:
     best = found.changes[0] if found.changes else None
-    helps = best is not None and best.left < found.total
+    helps = best is not None and best.left < LESS * found.total
     alone = "; alone at best " + _best_text(comparison, best) if helps else ""
     names = listed(["K", "D", "the time step"] if "step" in blame.together.changed else ["K", "D"], "and")
     left = blame.together.amount
@@ -195,20 +196,25 @@ def _together_sentence(comparison: Comparison, found: Alone, blame: Blame, now: 
 
 def _nothing_sentence(comparison: Comparison, found: Alone, blame: Blame) -> str | Statement:
     part = joint_damping_part(comparison)
-    best = next(iter(found.changes), None)
+    best, method = next(iter(found.changes), None), comparison.runs.penalty.method
     of_model = (
         f" The joint damping alone, which the penalty model lacks, makes {percent(part)}." if part > SAME_CURVE else ""
     )
-    if best is None or best.left >= found.total:
-        return f"No K, D or time step that was tried leaves less together with {NEIGHBOURS}.{of_model}"
+    tried = "K, D or time step"
+    if method.damping is None:
+        tried = "K or time step"
+        of_law = " The law {} takes its damper from e: a D of its own was not tried."
+        of_model = stated(of_model + of_law, Choice("law", (method.law,)))
+    if best is None or best.left >= LESS * found.total:
+        return stated("No {} that was tried leaves less together with {}.{}", tried, NEIGHBOURS, of_model)
     does = "mends" if best.robust <= found.total / 2 else "halves"
     return stated("No number alone {} it: at best {}.{}", does, _best_text(comparison, best), of_model)
 
 
-def _best_text(comparison: Comparison, best: Change) -> Statement:
+def _best_text(comparison: Comparison, best: Change, words: str = "{} leaves {}{}") -> Statement:
     """What the best change of one number leaves, which is luck where its contact does not do what it should."""
     cancels = " by errors that cancel" if contact_fails(comparison, best) else ""
-    return stated("{} leaves {}{}", value_text(best), percent(best.left), cancels)
+    return stated(words, value_text(best), percent(best.left), cancels)
 
 
 def _largest_sentence(difference: Difference) -> str | Statement:
@@ -254,9 +260,9 @@ def detail_sentences(
     shares = [percent(motion.contact_share) for motion in (comparison.reference, comparison.penalty)]
     lines.append(f"Contact takes {shares[0]} of the time in the reference, {shares[1]} in the penalty solution.")
     if found is not None and found.changes:
-        less = [each for each in found.changes if each.left < found.total]
+        less = [each for each in found.changes if each.left < LESS * found.total]
         halving = [each for each in less if max(each.left, each.robust) <= HALF * found.total]
-        if left := [stated("{} {}", value_text(each), percent(each.left)) for each in halving or less[:1]]:
+        if left := [_best_text(comparison, each, "{} {}{}") for each in halving or less[:1]]:
             lines.append(stated("What is left at best if one number alone is changed: {}.", joined("; ", left)))
     run = comparison.runs.penalty
     if run.periods > comparison.question.periods:
@@ -302,7 +308,9 @@ def _restitution_sentences(
     as_asked = abs(contact.given - system.restitution) <= AS_ASKED * system.restitution
     ways = [] if as_asked else _ways_to_rebound(comparison, speed, cancelled)
     if ways:
-        asked += stated(", which {} alone gives", joined(" or ", ways))
+        asked += stated(
+            "; {} alone gives it" if method.damping is None else ", which {} alone gives", joined(" or ", ways)
+        )
     return (
         stated(
             "{} the bodies part with {} of the speed at which they meet{}; {}.",
@@ -321,7 +329,9 @@ def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Callable[[
     """
     run, asked, ways = comparison.runs.penalty, comparison.question.periods, []
     system, method = run.system, run.method
-    found = {"D": equal_damping(system, method, method.stiffness, speed), "K": equal_stiffness(system, method, speed)}
+    of_law = method.damping is None  # taken from the restitution: a D of its own may give it
+    own = replace(method, damping=1.0) if of_law else method
+    found = {"D": equal_damping(system, own, method.stiffness, speed), "K": equal_stiffness(system, method, speed)}
     keep = min(run.keep, asked)
 
     def rebounds(method: ExactPenalty | TimeStepping) -> bool:
@@ -330,7 +340,7 @@ def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Callable[[
         return abs(delivered - system.restitution) <= AS_ASKED * system.restitution
 
     for name, value in found.items():
-        present = method.numbers[name]
+        present = math.nan if of_law else method.numbers[name]
         if not math.isfinite(value) or value <= 0.0 or abs(value - present) <= SAME_NUMBER * present:
             continue
         other = replace(method, **{METHOD_NUMBERS[name]: rounded_to(value, SENTENCE_DIGITS)})

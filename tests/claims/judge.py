@@ -27,7 +27,7 @@ NO_MATTER = 0.002  # of the reference: what is less is no difference to anybody
 SAME, CLOSE = 0.02, 0.10  # of the agreement's words
 REMOVED, HALF, APART = 0.75, 0.5, 0.85  # the definition of blame: of what can be removed; left of all; of the reference
 REBOUNDS, RESOLVED = 0.15, 10  # a contact that stands for an impact: restitution within, and steps at least
-NOTHING = re.compile("No K, D or time step that was tried|No number alone")
+NOTHING = re.compile("No K(, D)? or time step that was tried|No number alone")
 AROUND = (0.91, 0.955, 1.0, 1.05, 1.1)  # neighbours whose median counts, so that luck does not
 EXPONENT = 0.005  # per period: a larger Lyapunov exponent is positive …
 UNCLEAR, PIECES, MORE_PIECES = 0.1, 200, 4000  # … and one below this is averaged over more periods
@@ -168,6 +168,8 @@ class _Judge:
         if better and least > NO_MATTER:
             found = max(better[0], self.chance)
             outcome = FALSE if found <= least / MUCH_BETTER else MISLEADING if found <= least / BETTER else TRUE
+            if self.stands_for_impact(self.method) and not self.stands_for_impact(better[2]):
+                outcome = TRUE  # errors cancel
             text += f"; {better[1]} {better[0]:.3g}"
         yield Claim("a2", outcome, text)
         for each in named:
@@ -189,7 +191,8 @@ class _Judge:
         least = max(min(alone_left, together), self.chance)
         enough = min(total - REMOVED * (total - least), HALF * total, APART)
         outcome = FALSE if alone_left <= enough / 1.2 else MISLEADING if alone_left < enough / 1.05 else TRUE
-        if outcome != TRUE and self.words.together and not self.stands_for_impact(best[2]):
+        holds = self.words.together or self.stands_for_impact(self.method)
+        if outcome != TRUE and holds and not self.stands_for_impact(best[2]):
             outcome = TRUE  # errors cancel
         yield Claim("a3", outcome, f"{best and best[1]} leaves {alone_left:.3g} of {total:.3g}; least {least:.3g}")
         said = [each.left for each in changes_in(self.words.headline.partition(" at best ")[2])]
