@@ -53,7 +53,7 @@ from vibroscope.engine import (
     stiffness_of_step,
     touching,
 )
-from vibroscope.engine.arguments import require
+from vibroscope.engine.arguments import Poll, require
 from vibroscope.engine.contact import contact_frequency, damping_for, equal_restitution_damping
 from vibroscope.engine.divergence.encounters import mean_closing_speed
 from vibroscope.engine.divergence.remaining import Remaining
@@ -315,7 +315,7 @@ def judge(
     *,
     reference: Reference | None = None,
     responses: Iterable[Response] = (),
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
     **options,
 ) -> RuleOutcome:
     """Run a system with the numbers that a rule gives, and measure the difference that they cause.
@@ -384,9 +384,7 @@ def _ended(rule: Rule, method: TimeStepping, run: Response, holds: bool | None, 
     return RuleOutcome(rule, method, ENDED, math.nan, math.nan, holds, why, count, brief=brief)
 
 
-def _of_comparison(
-    rule: Rule, method: TimeStepping, found: Comparison, cancelled: Callable[[], bool] | None
-) -> RuleOutcome:
+def _of_comparison(rule: Rule, method: TimeStepping, found: Comparison, cancelled: Poll | None) -> RuleOutcome:
     penalty = found.runs.penalty
     count = getattr(penalty, "steps_without_solution", 0)
     if found.parts is None:
@@ -415,7 +413,7 @@ def _of_comparison(
     return RuleOutcome(rule, method, words, difference.total, part, holds, sentence(why), count, motions)
 
 
-def _part_by_limit(found: Comparison, name: str, cancelled: Callable[[], bool] | None) -> tuple[float, str]:
+def _part_by_limit(found: Comparison, name: str, cancelled: Poll | None) -> tuple[float, str]:
     """What K and D leave without a time step, or what the step adds to that; and a sentence about it."""
     left = Remaining(found, cancelled).whole(found.runs.penalty.method.limit)
     total = found.difference.total

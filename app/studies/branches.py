@@ -28,17 +28,14 @@ from vibroscope.engine import (
     System,
     search_branches,
 )
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.facts import Statement, joined, sentence
 
 Part = TypeVar("Part")
 
 
 def limited(
-    search: Callable[[Callable[[], bool]], Iterator[Part]],
-    seconds: float,
-    most: int,
-    what: str,
-    cancelled: Callable[[], bool],
+    search: Callable[[Poll], Iterator[Part]], seconds: float, most: int, what: str, cancelled: Poll
 ) -> Iterator[tuple[tuple[Part, ...], str | None]]:
     """All that a search has found, after each find; and last, with why it ended early, or an empty text.
 
@@ -184,7 +181,7 @@ class PartialBranches:
 
 
 def grow_branches(
-    question: BranchesQuestion, last: PartialBranches | None, cancelled: Callable[[], bool]
+    question: BranchesQuestion, last: PartialBranches | None, cancelled: Poll
 ) -> Iterator[PartialBranches]:
     """The branches so far, after each. Raises `Cancelled`."""
     kept, notes = last.branches if last else (), []

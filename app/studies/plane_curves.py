@@ -4,7 +4,7 @@ They are those of the exact penalty solution. Branches are followed over K at so
 in both numbers, each curve once.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +21,7 @@ from vibroscope.engine import (
     counted,
     search_branches,
 )
+from vibroscope.engine.arguments import Poll
 
 KINDS = ("fold", "period doubling", "grazing", "contact opens")  # of points that are followed
 ROWS = 3  # values of D at which branches are followed
@@ -93,9 +94,7 @@ class PartialCurves:
         return {"curves": self.table(), "cut": self.cut}
 
 
-def grow_curves(
-    question: CurvesQuestion, last: PartialCurves | None, cancelled: Callable[[], bool]
-) -> Iterator[PartialCurves]:
+def grow_curves(question: CurvesQuestion, last: PartialCurves | None, cancelled: Poll) -> Iterator[PartialCurves]:
     """The curves so far, after each. Raises `Cancelled`."""
     kept, lost = last.curves if last else (), []
     found = limited(lambda ends: _curves(question, ends, lost), SECONDS, MOST_CURVES, "curves", cancelled)
@@ -108,9 +107,7 @@ def grow_curves(
     yield PartialCurves(question, curves, 1.0, cut)
 
 
-def _curves(
-    question: CurvesQuestion, ends: Callable[[], bool], lost: list[Point]
-) -> Iterator[tuple[PointCurve, float]]:
+def _curves(question: CurvesQuestion, ends: Poll, lost: list[Point]) -> Iterator[tuple[PointCurve, float]]:
     """Each curve, and how much of the search is over; ``lost`` gets the points that could not be followed."""
     rows = question.rows
     reach = {"along": "D", "along_low": question.D[0], "along_high": question.D[1]}

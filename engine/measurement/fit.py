@@ -28,7 +28,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vibroscope.engine.arguments import shown
+from vibroscope.engine.arguments import Poll, shown
 from vibroscope.engine.facts import Amount, Statement, equation, stated
 from vibroscope.engine.measurement.cycle import (
     Cycle,
@@ -100,7 +100,7 @@ class FitProblem:
         measurement: Measurement,
         names: tuple[str, ...],
         method: Reference | ExactPenalty,
-        cancelled: Callable[[], bool] | None,
+        cancelled: Poll | None,
         initial: Sequence[float] | None = REST,
     ):
         self.system, self.eta, self.measurement, self.names = system, eta, measurement, names
@@ -308,7 +308,7 @@ def fit(
     names: Sequence[str] | None = None,
     method: Reference | ExactPenalty | None = None,
     initial: Sequence[float] | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> Fit:
     """Fit constants of the system to a measurement.
 

@@ -11,6 +11,7 @@ import logging
 from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.result import Cancelled
 from vibroscope.engine.sweeps.batches import Chunk, Memory, ProgressCounter
 from vibroscope.engine.sweeps.digest import engine_digest
@@ -48,7 +49,7 @@ def compute_into_store(study: Study, digest: str, threads: int, location: tuple)
 
 
 @contextlib.contextmanager
-def connect(scheduler: str, threads: int, cancelled: Callable[[], bool] | None) -> Iterator[Callable]:
+def connect(scheduler: str, threads: int, cancelled: Poll | None) -> Iterator[Callable]:
     """An executor of chunks (see :mod:`.growth`) on the cluster of a scheduler.
 
     Raises
@@ -105,7 +106,7 @@ def _clear_end(scheduler: str) -> Iterator[None]:
 
 
 class _Cluster:
-    def __init__(self, client, threads: int, cancelled: Callable[[], bool] | None) -> None:
+    def __init__(self, client, threads: int, cancelled: Poll | None) -> None:
         self._client, self._threads, self._cancelled = client, threads, cancelled
 
     def execute(
