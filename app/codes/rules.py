@@ -274,11 +274,11 @@ class RuleOutcome:
 
     rule: Rule
     method: TimeStepping | None
-    motion: str | Statement
-    total: float
-    part: float
-    holds: bool | None
-    why: str | Statement
+    motion: str | Statement = ""
+    total: float = math.nan
+    part: float = math.nan
+    holds: bool | None = None
+    why: str | Statement = ""
     without_solution: int = 0
     motions: Mapping[str, Motion] = field(default_factory=dict)
     brief: str | Statement = ""
@@ -339,7 +339,7 @@ def judge(
     try:
         method = rule.method(asked)
     except ValueError as error:
-        return RuleOutcome(rule, None, "", math.nan, math.nan, None, message_of(error) + ".")
+        return RuleOutcome(rule, None, why=message_of(error) + ".")
     if not asked.system.excitation.drives:
         options = free_length(asked.system, asked.eta, options.get("initial")) | options
     if rule.kind == EXPLICIT:
@@ -361,9 +361,8 @@ def judge(
         shown = motion(run) if run.ok else None
         words = of_section(repetition(shown), shown.period, method.has_step) if shown else sentence(run.message)
         count = getattr(run, "steps_without_solution", 0)
-        return RuleOutcome(
-            rule, method, words, math.nan, math.nan, None if run.ok else False, message_of(error) + ".", count
-        )
+        said = {"holds": None if run.ok else False, "why": message_of(error) + ".", "without_solution": count}
+        return RuleOutcome(rule, method, words, **said)
     speed = mean_closing_speed(found.runs.reference)
     outcome = _of_comparison(rule, method, found, cancelled)
     return replace(outcome, alone=contact_alone(asked.system, asked.eta, method, speed))
@@ -375,13 +374,13 @@ def _judge_stability(rule: Rule, asked: RuleQuestion, method: TimeStepping, opti
     if not run.ok:
         return _ended(rule, method, run, False)
     why = f"With central differences the run stays bounded over {run.periods:,} periods."
-    return RuleOutcome(rule, method, "stays bounded", math.nan, math.nan, True, why)
+    return RuleOutcome(rule, method, "stays bounded", holds=True, why=why)
 
 
 def _ended(rule: Rule, method: TimeStepping, run: Response, holds: bool | None, count: int = 0) -> RuleOutcome:
     """The outcome where a run ended early."""
     why, brief = sentence(run.message), sentence(run.message.brief)
-    return RuleOutcome(rule, method, ENDED, math.nan, math.nan, holds, why, count, brief=brief)
+    return RuleOutcome(rule, method, ENDED, holds=holds, why=why, without_solution=count, brief=brief)
 
 
 def _of_comparison(rule: Rule, method: TimeStepping, found: Comparison, cancelled: Poll | None) -> RuleOutcome:

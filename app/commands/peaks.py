@@ -30,7 +30,6 @@ from vibroscope.engine import (
     Method,
     System,
     Units,
-    finite_or_none,
     spaced,
     transmissibility,
     written,
@@ -68,11 +67,9 @@ def run(options: argparse.Namespace) -> Report:
         _write_spectra(options.spectrum, read)
     if options.transmissibility:
         _write_transmissibility(options.transmissibility, system, methods, spaced("eta", *options.eta_range).tolist())
-    data = {"eta": eta} | {
-        name: {"status": str(runs[name].status)} | peaks_json(values) for name, values in found.items()
-    }
+    data = {"eta": eta} | {name: {"status": str(runs[name].status)} | values for name, values in found.items()}
     if units:
-        physical = {name: peaks_json(peaks_in_units(values, units)) for name, values in found.items()}
+        physical = {name: peaks_in_units(values, units) for name, values in found.items()}
         data |= physical_part(units, eta, methods["penalty"], **physical)
     return Report(_lines(found, units, ended, system, kept_text(system, eta, options.initial)), data)
 
@@ -80,11 +77,6 @@ def run(options: argparse.Namespace) -> Report:
 def peaks_in_units(values: dict[str, float], units: Units) -> dict[str, float]:
     """Peaks in physical units."""
     return {name: units.physical(PEAKS[name], value) for name, value in values.items()}
-
-
-def peaks_json(values: dict[str, float]) -> dict[str, float | None]:
-    """Peaks as JSON: None where one is not known."""
-    return {name: finite_or_none(value) for name, value in values.items()}
 
 
 def table_of_peaks(found: dict[str, dict[str, float]], units: Units | None, system: System) -> Iterator[Line]:

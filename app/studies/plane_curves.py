@@ -5,6 +5,7 @@ in both numbers, each curve once.
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -53,6 +54,7 @@ class CurvesQuestion(NamedTuple):
         return BranchQuestion(self.system, self.eta, method, over="K", low=self.K[0], high=self.K[1], **SEARCH)
 
 
+@dataclass(frozen=True, eq=False)
 class PartialCurves:
     """The curves that were found so far.
 
@@ -66,8 +68,10 @@ class PartialCurves:
         What was left out, in a sentence; empty if nothing was.
     """
 
-    def __init__(self, question: CurvesQuestion, curves: tuple[PointCurve, ...], share: float, cut: str = "") -> None:
-        self.question, self.curves, self.share, self.cut = question, curves, share, cut
+    question: CurvesQuestion
+    curves: tuple[PointCurve, ...]
+    share: float
+    cut: str = ""
 
     def words(self) -> str:
         """How many curves there are of each kind."""

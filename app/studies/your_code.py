@@ -144,9 +144,9 @@ def _judge(rule: Rule, question: CodeQuestion, cancelled: Poll) -> Judged:
     try:
         with_rule = read_setting(rule_texts(rule, question), setting)
     except Refused as error:  # more than this server computes
-        return Judged(RuleOutcome(rule, rule.method(asked), "", np.nan, np.nan, None, str(error)), empty)
+        return Judged(RuleOutcome(rule, rule.method(asked), why=str(error)), empty)
     except ValueError as error:
-        return Judged(RuleOutcome(rule, None, "", np.nan, np.nan, None, message_of(error) + "."), empty)
+        return Judged(RuleOutcome(rule, None, why=message_of(error) + "."), empty)
     runs = None if rule.kind == EXPLICIT else compute_runs(with_rule, cancelled, _CACHE)
     outcome = judge(
         rule,

@@ -114,18 +114,11 @@ class FitProblem:
         """Return different initial values of the constants, each within its range."""
         guesses = []
         for change in GUESSES:
-            factor = change.get("damping", 1.0)
-            values = [
-                change.get("restitution", self.system.restitution)
-                if name == "restitution"
-                else 0.0
-                if name in ZEROS
-                else 1.0
-                if name == SCALE
-                else factor * constant(self.system, name, self.method)
-                for name in self.names
-            ]
-            values = np.clip(values, 0.0, self.upper[:-1])
+            e = change.get("restitution", self.system.restitution)
+            own = dict.fromkeys(ZEROS, 0.0) | {SCALE: 1.0, "restitution": e}
+            others = (name for name in self.names if name not in own)
+            own |= {name: change.get("damping", 1.0) * constant(self.system, name, self.method) for name in others}
+            values = np.clip([own[name] for name in self.names], 0.0, self.upper[:-1])
             if not any(np.array_equal(values, other) for other in guesses):
                 guesses.append(values)
         return guesses if self.system.excitation.repeats else self.nearest(guesses)
