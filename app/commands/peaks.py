@@ -4,13 +4,7 @@ import argparse
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from vibroscope.app.commands.options import (
-    add_both_solutions,
-    eta_of,
-    reference_of,
-    refuse_missing,
-    stepping_of,
-)
+from vibroscope.app.commands.options import add_both_solutions, eta_of, reference_of, refuse_missing, stepping_of
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import add_units_option, physical_part, wanted_units
 from vibroscope.app.commands.recommend import eta_range
@@ -25,15 +19,7 @@ from vibroscope.app.studies.peaks import (
     read_off,
     sampled,
 )
-from vibroscope.engine import (
-    PEAKS,
-    Method,
-    System,
-    Units,
-    spaced,
-    transmissibility,
-    written,
-)
+from vibroscope.engine import PEAKS, Method, System, Units, spaced, transmissibility, written
 
 LABEL, COLUMN = 16, 16  # characters
 

@@ -240,10 +240,7 @@ def detail_sentences(
     elif difference.measure == "displacements":
         lines.append(_why_no_parts(comparison))
     if not touching(comparison.penalty) or not touching(comparison.reference):  # else nothing meets
-        lines += [
-            *_restitution_sentences(comparison, contact, cancelled),
-            *contact_sentences(comparison, contact),
-        ]
+        lines += [*_restitution_sentences(comparison, contact, cancelled), *contact_sentences(comparison, contact)]
     if comparison.encounters is not None:
         matches = comparison.encounters
         late = "" if np.isnan(matches.phase_error) else f", {percent(matches.phase_error)} of a period apart"
