@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 from vibroscope.engine.arguments import Poll
 from vibroscope.engine.result import Cancelled
-from vibroscope.engine.sweeps.batches import Chunk, Memory, ProgressCounter
+from vibroscope.engine.sweeps.batches import Chunk, Memory, ProgressCounter, one_by_one
 from vibroscope.engine.sweeps.digest import engine_digest
 from vibroscope.engine.sweeps.store import Store
 from vibroscope.engine.sweeps.store_location import StoreLocation
@@ -136,21 +136,12 @@ class _Cluster:
             yield
 
     def _one_by_one(self, study, results, chunks, counter) -> Iterator[None]:
-        before = None
-        for chunk in chunks:
-            values = results.read(chunk)
-            reused = values is not None
-            if not reused:
-                start = before
-                ((_, values),) = self._results(
-                    [chunk],
-                    lambda chunk: self._compute(study.cut(chunk), start),  # noqa: B023 - used at once
-                    counter,
-                )
-                results.write(chunk, values)
-            counter.add(values["status"], reused=reused)
-            before = {name: values[name] for name in ("status", "end")}
-            yield
+        def compute(chunk: Chunk, before: dict[str, np.ndarray] | None) -> dict[str, np.ndarray]:
+            end = before and {name: before[name] for name in ("status", "end")}
+            ((_, values),) = self._results([chunk], lambda chunk: self._compute(study.cut(chunk), end), counter)
+            return values
+
+        return one_by_one(study, results, chunks, counter, compute)
 
     def _compute(self, part: Study, before: dict[str, np.ndarray] | None):
         return self._submit(compute, part, before, engine_digest(), self._threads)
