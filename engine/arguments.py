@@ -19,6 +19,7 @@ from functools import partial
 LARGEST_FLOAT = 1e308  # what a float can hold; nan and inf are refused with the range
 _METHODS = f"{__package__}.methods"  # a function that cannot take every method says itself why
 _SEQUENCES = (Iterable, Sequence)
+Poll = Callable[[], bool]  # what a long computation calls many times a second: whether it is to end, with `Cancelled`
 
 
 def checked(function: Callable) -> Callable:

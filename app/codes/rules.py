@@ -53,7 +53,7 @@ from vibroscope.engine import (
     stiffness_of_step,
     touching,
 )
-from vibroscope.engine.arguments import require
+from vibroscope.engine.arguments import Poll, require
 from vibroscope.engine.contact import contact_frequency, damping_for, equal_restitution_damping
 from vibroscope.engine.divergence.encounters import mean_closing_speed
 from vibroscope.engine.divergence.remaining import Remaining
@@ -274,11 +274,11 @@ class RuleOutcome:
 
     rule: Rule
     method: TimeStepping | None
-    motion: str | Statement
-    total: float
-    part: float
-    holds: bool | None
-    why: str | Statement
+    motion: str | Statement = ""
+    total: float = math.nan
+    part: float = math.nan
+    holds: bool | None = None
+    why: str | Statement = ""
     without_solution: int = 0
     motions: Mapping[str, Motion] = field(default_factory=dict)
     brief: str | Statement = ""
@@ -315,7 +315,7 @@ def judge(
     *,
     reference: Reference | None = None,
     responses: Iterable[Response] = (),
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
     **options,
 ) -> RuleOutcome:
     """Run a system with the numbers that a rule gives, and measure the difference that they cause.
@@ -339,7 +339,7 @@ def judge(
     try:
         method = rule.method(asked)
     except ValueError as error:
-        return RuleOutcome(rule, None, "", math.nan, math.nan, None, message_of(error) + ".")
+        return RuleOutcome(rule, None, why=message_of(error) + ".")
     if not asked.system.excitation.drives:
         options = free_length(asked.system, asked.eta, options.get("initial")) | options
     if rule.kind == EXPLICIT:
@@ -361,9 +361,8 @@ def judge(
         shown = motion(run) if run.ok else None
         words = of_section(repetition(shown), shown.period, method.has_step) if shown else sentence(run.message)
         count = getattr(run, "steps_without_solution", 0)
-        return RuleOutcome(
-            rule, method, words, math.nan, math.nan, None if run.ok else False, message_of(error) + ".", count
-        )
+        said = {"holds": None if run.ok else False, "why": message_of(error) + ".", "without_solution": count}
+        return RuleOutcome(rule, method, words, **said)
     speed = mean_closing_speed(found.runs.reference)
     outcome = _of_comparison(rule, method, found, cancelled)
     return replace(outcome, alone=contact_alone(asked.system, asked.eta, method, speed))
@@ -375,18 +374,16 @@ def _judge_stability(rule: Rule, asked: RuleQuestion, method: TimeStepping, opti
     if not run.ok:
         return _ended(rule, method, run, False)
     why = f"With central differences the run stays bounded over {run.periods:,} periods."
-    return RuleOutcome(rule, method, "stays bounded", math.nan, math.nan, True, why)
+    return RuleOutcome(rule, method, "stays bounded", holds=True, why=why)
 
 
 def _ended(rule: Rule, method: TimeStepping, run: Response, holds: bool | None, count: int = 0) -> RuleOutcome:
     """The outcome where a run ended early."""
     why, brief = sentence(run.message), sentence(run.message.brief)
-    return RuleOutcome(rule, method, ENDED, math.nan, math.nan, holds, why, count, brief=brief)
+    return RuleOutcome(rule, method, ENDED, holds=holds, why=why, without_solution=count, brief=brief)
 
 
-def _of_comparison(
-    rule: Rule, method: TimeStepping, found: Comparison, cancelled: Callable[[], bool] | None
-) -> RuleOutcome:
+def _of_comparison(rule: Rule, method: TimeStepping, found: Comparison, cancelled: Poll | None) -> RuleOutcome:
     penalty = found.runs.penalty
     count = getattr(penalty, "steps_without_solution", 0)
     if found.parts is None:
@@ -415,7 +412,7 @@ def _of_comparison(
     return RuleOutcome(rule, method, words, difference.total, part, holds, sentence(why), count, motions)
 
 
-def _part_by_limit(found: Comparison, name: str, cancelled: Callable[[], bool] | None) -> tuple[float, str]:
+def _part_by_limit(found: Comparison, name: str, cancelled: Poll | None) -> tuple[float, str]:
     """What K and D leave without a time step, or what the step adds to that; and a sentence about it."""
     left = Remaining(found, cancelled).whole(found.runs.penalty.method.limit)
     total = found.difference.total

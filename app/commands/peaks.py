@@ -4,13 +4,7 @@ import argparse
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from vibroscope.app.commands.options import (
-    add_both_solutions,
-    eta_of,
-    reference_of,
-    refuse_missing,
-    stepping_of,
-)
+from vibroscope.app.commands.options import add_both_solutions, eta_of, reference_of, refuse_missing, stepping_of
 from vibroscope.app.commands.parser import Command, OneLineParser
 from vibroscope.app.commands.physical_units import add_units_option, physical_part, wanted_units
 from vibroscope.app.commands.recommend import eta_range
@@ -25,16 +19,7 @@ from vibroscope.app.studies.peaks import (
     read_off,
     sampled,
 )
-from vibroscope.engine import (
-    PEAKS,
-    Method,
-    System,
-    Units,
-    finite_or_none,
-    spaced,
-    transmissibility,
-    written,
-)
+from vibroscope.engine import PEAKS, Method, System, Units, spaced, transmissibility, written
 
 LABEL, COLUMN = 16, 16  # characters
 
@@ -68,11 +53,9 @@ def run(options: argparse.Namespace) -> Report:
         _write_spectra(options.spectrum, read)
     if options.transmissibility:
         _write_transmissibility(options.transmissibility, system, methods, spaced("eta", *options.eta_range).tolist())
-    data = {"eta": eta} | {
-        name: {"status": str(runs[name].status)} | peaks_json(values) for name, values in found.items()
-    }
+    data = {"eta": eta} | {name: {"status": str(runs[name].status)} | values for name, values in found.items()}
     if units:
-        physical = {name: peaks_json(peaks_in_units(values, units)) for name, values in found.items()}
+        physical = {name: peaks_in_units(values, units) for name, values in found.items()}
         data |= physical_part(units, eta, methods["penalty"], **physical)
     return Report(_lines(found, units, ended, system, kept_text(system, eta, options.initial)), data)
 
@@ -80,11 +63,6 @@ def run(options: argparse.Namespace) -> Report:
 def peaks_in_units(values: dict[str, float], units: Units) -> dict[str, float]:
     """Peaks in physical units."""
     return {name: units.physical(PEAKS[name], value) for name, value in values.items()}
-
-
-def peaks_json(values: dict[str, float]) -> dict[str, float | None]:
-    """Peaks as JSON: None where one is not known."""
-    return {name: finite_or_none(value) for name, value in values.items()}
 
 
 def table_of_peaks(found: dict[str, dict[str, float]], units: Units | None, system: System) -> Iterator[Line]:

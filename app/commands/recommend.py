@@ -12,7 +12,6 @@ from dataclasses import fields, replace
 from functools import partial
 from itertools import chain
 
-from vibroscope.app.codes.catalogue import Code
 from vibroscope.app.commands.codes import code_alone
 from vibroscope.app.commands.numbers import count, measured, of_field, share, span
 from vibroscope.app.commands.options import (
@@ -82,7 +81,7 @@ def find_schemes(
         what = "--code" if options.code is not None else f"--{_searched(options)} {ALL}"
         raise ValueError(f"{what} searches at one frequency: give --eta in place of --eta-range and --one-setting")
     code = None if options.code is None else code_alone(options)
-    searched = _searched(options)
+    searched, leaves_out = _searched(options), code.leaves_out if code else ""
     every = {"integrator": _every_scheme, "law": _every_law}[searched]
     schemes = code.schemes() if code else every(options)
     system, eta = options.file.system, eta_of(options)
@@ -96,7 +95,7 @@ def find_schemes(
         "code": code and code.key,
         "found": [as_json(each, units) | {"integrator_numbers": _numbers(each.scheme)} for each in found],
         "input": list(words),
-        "leaves_out": _leaves_out(code),
+        "leaves_out": leaves_out,
     }
     head = f"{code.name} ({code.key}): what it has" if code else f"every {searched}"
     lines: list[Line] = [f"{head}; eta = {best.eta:g}, tolerance {percent(best.tolerance)}"]
@@ -106,7 +105,7 @@ def find_schemes(
         lines.append(f"located           for {CUT}; the other rows are for {CONSTANT}")
     lines += ["", *lines_of(best, units)]
     lines += [Row("" if i else "what to set", line) for i, line in enumerate(words)]
-    lines += rows({"not computed here": _leaves_out(code)})
+    lines += rows({"not computed here": leaves_out})
     return Report(lines, data, units and units.of_contact(best.scheme))
 
 
@@ -156,10 +155,6 @@ def _every_scheme(options: argparse.Namespace) -> list[TimeStepping]:
 
 def _numbers(scheme: TimeStepping) -> dict[str, float]:
     return {each.name: getattr(scheme.integrator, each.name) for each in fields(scheme.integrator)}
-
-
-def _leaves_out(code: Code | None) -> str:
-    return "" if code is None else code.leaves_out
 
 
 def _row(found: Recommendation, searched: str) -> str:

@@ -22,7 +22,7 @@ from vibroscope.app.commands.options import (
     stepping_of,
 )
 from vibroscope.app.commands.parser import Command, OneLineParser
-from vibroscope.app.commands.peaks import peaks_in_units, peaks_json, table_of_peaks
+from vibroscope.app.commands.peaks import peaks_in_units, table_of_peaks
 from vibroscope.app.commands.physical_units import add_units_option, unit_names, wanted_units
 from vibroscope.app.commands.report import Line, Report, Row, rows, write_csv
 from vibroscope.app.explorer.load_words import words_of_contact, words_of_difference, words_of_load, words_of_run
@@ -36,7 +36,6 @@ from vibroscope.engine import (
     Transient,
     Units,
     absolute_accelerations,
-    finite_or_none,
     read_record,
     shock_response,
     spaced,
@@ -164,11 +163,11 @@ def run(options: argparse.Namespace) -> Report:
         _write_history(options.history, runs, units)
     energies = {name: each.energy for name, each in runs.items() if options.energy and each.ok}
     data = {"load": _load_json(load)} | {name: _json(each, energies.get(name)) for name, each in runs.items()}
-    data["without_step"] = exact and peaks_json(exact.peaks)
-    data["difference"] = parts and {"total": finite_or_none(parts.total), "parts": parts.parts}
+    data["without_step"] = exact and exact.peaks
+    data["difference"] = parts and {"total": parts.total, "parts": parts.parts}
     if units:
-        physical = {name: peaks_json(peaks_in_units(each.peaks, units)) for name, each in runs.items() if each.ok}
-        physical["without_step"] = exact and peaks_json(peaks_in_units(exact.peaks, units))
+        physical = {name: peaks_in_units(each.peaks, units) for name, each in runs.items() if each.ok}
+        physical["without_step"] = exact and peaks_in_units(exact.peaks, units)
         data["physical"] = {"units": unit_names(units, penalty or reference), **physical}
     return Report(_lines(runs, load, energies, parts, exact, units), data, units)
 
@@ -184,14 +183,14 @@ def _json(found: Transient, energy: EnergyBalance | None) -> dict[str, object]:
         return data
     terms = "gain", "work", "dampers", "contact", "impacts", "residual"
     return data | {
-        "peaks": peaks_json(found.peaks),
+        "peaks": found.peaks,
         "impacts": len(response.impacts),
         "contacts": len(response.contacts),
         "residual": list(found.residual),
         "later_peaks": found.later_peaks.tolist(),
         "load_missed": found.load_missed,
         "in_contact": found.in_contact,
-        "energy": energy and {name: finite_or_none(float(getattr(energy, name).sum())) for name in terms},
+        "energy": energy and {name: getattr(energy, name).sum() for name in terms},
     }
 
 

@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
+_SQUARE, _CUBIC = ("²", "2", "^2"), ("³", "3", "^3")
 # What one of each is worth in the SI unit of its quantity; as `number_text.plain_unit` writes them.
 TYPED_UNITS = {
     "frequency": {"Hz": 1.0, "kHz": 1e3, "rad/s": 0.5 / math.pi, "1/s": 0.5 / math.pi},
@@ -23,19 +24,11 @@ TYPED_UNITS = {
     "area": {"m²": 1.0, "m2": 1.0, "m^2": 1.0, "cm²": 1e-4, "cm2": 1e-4, "mm²": 1e-6, "mm2": 1e-6, "mm^2": 1e-6},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
     "force": {"N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3},
-    "acceleration": {
-        "m/s²": 1.0,
-        "m/s2": 1.0,
-        "m/s^2": 1.0,
-        "mm/s²": 1e-3,
-        "mm/s2": 1e-3,
-        "mm/s^2": 1e-3,
-        "g": 9.80665,
-    },
+    "acceleration": {f"{of}/s{power}": size for of, size in (("m", 1.0), ("mm", 1e-3)) for power in _SQUARE},
     "angle": {"rad": 1.0, "°": math.pi / 180, "deg": math.pi / 180},
     "share": {"": 1.0, "%": 0.01},
 }
-_SQUARE, _CUBIC = ("²", "2", "^2"), ("³", "3", "^3")
+TYPED_UNITS["acceleration"]["g"] = 9.80665
 # What is over the contact area, as a foundation modulus.
 TYPED_UNITS["pressure"] = {
     **{f"N/m{power}": 1.0 for power in _SQUARE},

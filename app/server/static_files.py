@@ -29,15 +29,13 @@ _LARGE = 100_000  # bytes: less takes milliseconds, and each version of the page
 class StaticFile(StaticFileHandler):
     """A file of a library. Texts are compressed, to a fifth of their size."""
 
+    of_one_content = False  # whether every address, and not only one with a version, holds a digest of the content
+
     def set_extra_headers(self, path: str) -> None:
         """See `tornado.web.StaticFileHandler`."""
         self.set_header("Vary", "Accept-Encoding")
-        if self.is_of_one_content():
+        if self.of_one_content or self.get_query_argument("v", ""):
             self.set_header("Cache-Control", f"public, max-age={_SECONDS}, immutable")
-
-    def is_of_one_content(self) -> bool:
-        """Whether the address holds a digest of the content."""
-        return bool(self.get_query_argument("v", ""))
 
     async def get(self, path: str, include_body: bool = True) -> None:
         """Send the file."""
@@ -78,9 +76,7 @@ class StaticFile(StaticFileHandler):
 class Libraries(StaticFile):
     """The script of `app.server.libraries`, which is in no file."""
 
-    def is_of_one_content(self) -> bool:
-        """See `StaticFile`."""
-        return True
+    of_one_content = True
 
     @classmethod
     def get_absolute_path(cls, root: str, path: str) -> str:
@@ -119,9 +115,7 @@ class Libraries(StaticFile):
 class Module(StaticFile):
     """A module of the page, at an address with the digest of all of them."""
 
-    def is_of_one_content(self) -> bool:
-        """See `StaticFile`."""
-        return True
+    of_one_content = True
 
     async def get(self, digest: str, path: str, include_body: bool = True) -> None:
         """Send it; 404 to a page of another version, which must not get modules of this one."""

@@ -230,9 +230,7 @@ class SessionSocket(WSHandler):
 
 
 async def answer(
-    message: Message,
-    connection: ServerConnection,
-    handle: Callable[[Message, ServerConnection], Awaitable[Message]],
+    message: Message, connection: ServerConnection, handle: Callable[[Message, ServerConnection], Awaitable[Message]]
 ) -> Message:
     """Return the answer of ``handle``; if it fails, an answer without the error, which goes to the log."""
     try:

@@ -1,6 +1,6 @@
 """Basins of attraction while they grow: of the reference, and beside it of the penalty model. No panel import."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -10,6 +10,7 @@ from vibroscope.app.explorer.state import SOLVERS
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.studies.cell_classes import DIVERGED, NO_NUMBER, SPECIAL, UNKNOWN
 from vibroscope.engine import Method, Reference, System
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.sweeps import (
     COORDINATES,
     KIND_FLAGS,
@@ -213,9 +214,7 @@ def kind_name(number: int) -> str:
     return next(name for name, each in KIND_FLAGS.items() if each == number)
 
 
-def grow_basin(
-    question: BasinQuestion, last: PartialBasin | None, cancelled: Callable[[], bool]
-) -> Iterator[PartialBasin]:
+def grow_basin(question: BasinQuestion, last: PartialBasin | None, cancelled: Poll) -> Iterator[PartialBasin]:
     """Partial results of both basins in turns, from ``last`` on; raises `Cancelled`."""
     options = RunOptions(threads=current_settings().threads, cancelled=cancelled)
     values = dict(last.values) if last else {}

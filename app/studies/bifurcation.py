@@ -8,7 +8,7 @@ preview, and then the study itself. Once a diagram is complete, the cells that d
 The bifurcation diagram as a picture of counts: drawn as circles, so many points would be slow to move.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import COORDINATES, Kind, Method, System
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.sweeps import (
     COARSEST,
     MISSING,
@@ -278,9 +279,7 @@ def _thinned(chosen: np.ndarray, most: int) -> np.ndarray:
     return chosen & (np.floor(rank * share + 1e-9) > np.floor((rank - 1) * share + 1e-9))
 
 
-def grow_diagram(
-    question: DiagramQuestion, last: PartialDiagram | None, cancelled: Callable[[], bool]
-) -> Iterator[PartialDiagram]:
+def grow_diagram(question: DiagramQuestion, last: PartialDiagram | None, cancelled: Poll) -> Iterator[PartialDiagram]:
     """Partial results of the diagram, from ``last`` on; raises `Cancelled`."""
     study = question.study()
     options = RunOptions(threads=current_settings().threads, cancelled=cancelled)

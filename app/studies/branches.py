@@ -7,6 +7,7 @@ A limit of the seconds that a search computes, and of what it finds.
 """
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple, TypeVar
 
@@ -28,17 +29,14 @@ from vibroscope.engine import (
     System,
     search_branches,
 )
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.facts import Statement, joined, sentence
 
 Part = TypeVar("Part")
 
 
 def limited(
-    search: Callable[[Callable[[], bool]], Iterator[Part]],
-    seconds: float,
-    most: int,
-    what: str,
-    cancelled: Callable[[], bool],
+    search: Callable[[Poll], Iterator[Part]], seconds: float, most: int, what: str, cancelled: Poll
 ) -> Iterator[tuple[tuple[Part, ...], str | None]]:
     """All that a search has found, after each find; and last, with why it ended early, or an empty text.
 
@@ -108,6 +106,7 @@ class BranchesQuestion(NamedTuple):
         return BranchQuestion(*question.at(value), **numbers, initial=initial)
 
 
+@dataclass(frozen=True, eq=False)
 class PartialBranches:
     """The branches that were found so far.
 
@@ -121,11 +120,10 @@ class PartialBranches:
         Why the search ended before all was found, in a sentence; empty if it did not.
     """
 
-    def __init__(
-        self, question: BranchesQuestion, branches: tuple[Branch, ...], *, over: bool = False, cut: str | Statement = ""
-    ) -> None:
-        self.question, self.branches, self.cut = question, branches, cut
-        self.share = 1.0 if over else 0.0
+    question: BranchesQuestion
+    branches: tuple[Branch, ...]
+    share: float = 0.0
+    cut: str | Statement = ""
 
     @property
     def points(self) -> list[tuple[int, int, Point]]:
@@ -184,7 +182,7 @@ class PartialBranches:
 
 
 def grow_branches(
-    question: BranchesQuestion, last: PartialBranches | None, cancelled: Callable[[], bool]
+    question: BranchesQuestion, last: PartialBranches | None, cancelled: Poll
 ) -> Iterator[PartialBranches]:
     """The branches so far, after each. Raises `Cancelled`."""
     kept, notes = last.branches if last else (), []
@@ -195,7 +193,7 @@ def grow_branches(
         if cut is None:
             yield PartialBranches(question, max(branches, kept, key=len))
     why = joined(" ", filter(None, (cut, *map(sentence, notes))))
-    yield PartialBranches(question, branches, over=True, cut=why)
+    yield PartialBranches(question, branches, 1.0, why)
 
 
 def why_none(over: str, method: Reference | ExactPenalty) -> str:

@@ -4,7 +4,7 @@ Both solvers are run from many starts, in turn, and each motion that starts end 
 (:mod:`engine.motions.search`).
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -27,6 +27,7 @@ from vibroscope.engine import (
     search_attractors,
     written,
 )
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.motions.search import STARTS
 
 
@@ -70,9 +71,7 @@ class Coexisting:
         }
 
 
-def search_coexisting(
-    question: CoexistingQuestion, last: Coexisting | None, cancelled: Callable[[], bool]
-) -> Iterator[Coexisting]:
+def search_coexisting(question: CoexistingQuestion, last: Coexisting | None, cancelled: Poll) -> Iterator[Coexisting]:
     """The motions so far, after each start. Raises `Cancelled`."""
     methods, problem = question.methods, (question.system, question.eta)
     searches = (search_attractors(*problem, method, cancelled=cancelled) for method in methods.values())

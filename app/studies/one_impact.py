@@ -1,7 +1,7 @@
 """One impact of the contact that is set: the answer first, then the band over steps and the table. No panel import."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -28,6 +28,7 @@ from vibroscope.engine import (
     simulate,
     stiffness_for,
 )
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.one_impact.choose import CLOSE_TO_ASKED
 from vibroscope.engine.one_impact.instants import OUTLINE
 
@@ -45,7 +46,7 @@ class Run(NamedTuple):
     reference: Reference
     initial: tuple[float, float, float, float]
 
-    def closing_speeds(self, cancelled: Callable[[], bool] | None = None) -> np.ndarray:
+    def closing_speeds(self, cancelled: Poll | None = None) -> np.ndarray:
         """Of its impacts, (n,); raises `Cancelled`."""
         free = not self.system.excitation.drives
         how = free_length(self.system, self.eta, self.initial, contacts=1) if free else {}
@@ -159,9 +160,7 @@ def columns_of(found: list[WithStep] | tuple[WithStep, ...]) -> dict[str, np.nda
     return {name: np.array(column) for name, column in (spans | shares).items()}
 
 
-def grow_impact(
-    question: ImpactQuestion, last: PartialImpact | None, cancelled: Callable[[], bool]
-) -> Iterator[PartialImpact]:
+def grow_impact(question: ImpactQuestion, last: PartialImpact | None, cancelled: Poll) -> Iterator[PartialImpact]:
     """The answer, the forces and all closing speeds, the largest step, the band, the table; ends if cancelled.
 
     Raises as `_answer`.
@@ -195,7 +194,7 @@ def grow_impact(
         yield replace(result, schemes=tuple(rows), share=1.0)
 
 
-def _answer(question: ImpactQuestion, cancelled: Callable[[], bool]) -> PartialImpact:
+def _answer(question: ImpactQuestion, cancelled: Poll) -> PartialImpact:
     speed, count = question.speed, 0
     if isinstance(speed, Run):
         speeds = speed.closing_speeds(cancelled)
@@ -211,7 +210,7 @@ def _answer(question: ImpactQuestion, cancelled: Callable[[], bool]) -> PartialI
     return PartialImpact(question, one, count, damping, softer, impact(one))
 
 
-def _over_motion(result: PartialImpact, cancelled: Callable[[], bool]) -> OverMotion | None:
+def _over_motion(result: PartialImpact, cancelled: Poll) -> OverMotion | None:
     if not result.impacts:
         return None
     with suppress(ValueError):  # at one of the speeds the constant force or the law leaves no contact

@@ -1,6 +1,6 @@
 """What an analyst reads off both solutions, from one sampled run each. No panel import."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -22,6 +22,7 @@ from vibroscope.engine import (
     spectrum,
     transmissibility,
 )
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.facts import Statement
 
 PERIODS = 16  # lines of the spectrum at sixteenths of an order
@@ -35,7 +36,7 @@ def sampled(
     method: Method,
     initial: Sequence[float] | None = None,
     samples: int = PER_PERIOD,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> Response:
     """The last periods of a run; of a free vibration the first ones, since it decays. Raises as `simulate`."""
     length = run_length(system, eta, initial)
@@ -136,9 +137,7 @@ def read_off(response: Response) -> Read:
     return Read(peaks(response), spectrum(response), transmissibility(response), "")
 
 
-def grow_peaks(
-    question: PeaksQuestion, last: PartialPeaks | None, cancelled: Callable[[], bool]
-) -> Iterator[PartialPeaks]:
+def grow_peaks(question: PeaksQuestion, last: PartialPeaks | None, cancelled: Poll) -> Iterator[PartialPeaks]:
     """What is known after each run. Raises `Cancelled`."""
     result = last or PartialPeaks(question)
     for solver in SOLVERS[len(result.found) :]:

@@ -6,7 +6,7 @@ step?
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -17,6 +17,7 @@ from vibroscope.app.runtime.settings import current_settings
 from vibroscope.app.studies.bifurcation import coarse_to_fine, kind_names
 from vibroscope.app.studies.study_job import RESULTS
 from vibroscope.engine import STATUSES, Newmark, Status, System, TimeStepping
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.sweeps import (
     MISSING,
     CellKind,
@@ -212,9 +213,7 @@ class PartialPlane:
         return float(self.question.axis("K")[column]), float(self.question.axis("D")[row])
 
 
-def grow_plane(
-    question: PlaneQuestion, last: PartialPlane | None, cancelled: Callable[[], bool]
-) -> Iterator[PartialPlane]:
+def grow_plane(question: PlaneQuestion, last: PartialPlane | None, cancelled: Poll) -> Iterator[PartialPlane]:
     """Partial results of the plane, from ``last`` on; raises `Cancelled`."""
     options = RunOptions(threads=current_settings().threads, cancelled=cancelled)
     if last is None and question.judged:

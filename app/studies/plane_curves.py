@@ -4,7 +4,8 @@ They are those of the exact penalty solution. Branches are followed over K at so
 in both numbers, each curve once.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from vibroscope.engine import (
     counted,
     search_branches,
 )
+from vibroscope.engine.arguments import Poll
 
 KINDS = ("fold", "period doubling", "grazing", "contact opens")  # of points that are followed
 ROWS = 3  # values of D at which branches are followed
@@ -52,6 +54,7 @@ class CurvesQuestion(NamedTuple):
         return BranchQuestion(self.system, self.eta, method, over="K", low=self.K[0], high=self.K[1], **SEARCH)
 
 
+@dataclass(frozen=True, eq=False)
 class PartialCurves:
     """The curves that were found so far.
 
@@ -65,8 +68,10 @@ class PartialCurves:
         What was left out, in a sentence; empty if nothing was.
     """
 
-    def __init__(self, question: CurvesQuestion, curves: tuple[PointCurve, ...], share: float, cut: str = "") -> None:
-        self.question, self.curves, self.share, self.cut = question, curves, share, cut
+    question: CurvesQuestion
+    curves: tuple[PointCurve, ...]
+    share: float
+    cut: str = ""
 
     def words(self) -> str:
         """How many curves there are of each kind."""
@@ -93,9 +98,7 @@ class PartialCurves:
         return {"curves": self.table(), "cut": self.cut}
 
 
-def grow_curves(
-    question: CurvesQuestion, last: PartialCurves | None, cancelled: Callable[[], bool]
-) -> Iterator[PartialCurves]:
+def grow_curves(question: CurvesQuestion, last: PartialCurves | None, cancelled: Poll) -> Iterator[PartialCurves]:
     """The curves so far, after each. Raises `Cancelled`."""
     kept, lost = last.curves if last else (), []
     found = limited(lambda ends: _curves(question, ends, lost), SECONDS, MOST_CURVES, "curves", cancelled)
@@ -108,9 +111,7 @@ def grow_curves(
     yield PartialCurves(question, curves, 1.0, cut)
 
 
-def _curves(
-    question: CurvesQuestion, ends: Callable[[], bool], lost: list[Point]
-) -> Iterator[tuple[PointCurve, float]]:
+def _curves(question: CurvesQuestion, ends: Poll, lost: list[Point]) -> Iterator[tuple[PointCurve, float]]:
     """Each curve, and how much of the search is over; ``lost`` gets the points that could not be followed."""
     rows = question.rows
     reach = {"along": "D", "along_low": question.D[0], "along_high": question.D[1]}

@@ -31,6 +31,7 @@ from vibroscope.engine import (
     stiffness_of_step,
     with_located_steps,
 )
+from vibroscope.engine.arguments import Poll
 
 FACTORS = (0.25, 0.5, 1.0, 2.0, 4.0)  # of the n that is set
 SWEPT = ("fixed", "plain", "located")  # have a time step
@@ -78,7 +79,7 @@ class TimedRun(NamedTuple):
     solves: int
 
 
-Solve = Callable[[int, Callable[[], bool]], TimedRun]  # of so many periods, and whether it was cancelled
+Solve = Callable[[int, Poll], TimedRun]  # of so many periods, and whether it was cancelled
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,9 +192,7 @@ def _plain_solver(question: SpeedQuestion, method: TimeStepping) -> Solve:
     return solve
 
 
-def grow_speed(
-    question: SpeedQuestion, last: PartialSpeed | None, cancelled: Callable[[], bool]
-) -> Iterator[PartialSpeed]:
+def grow_speed(question: SpeedQuestion, last: PartialSpeed | None, cancelled: Poll) -> Iterator[PartialSpeed]:
     """Partial results from ``last`` on: errors and one turn first, then more turns. Raises `Cancelled`."""
     if last is not None:
         yield last
@@ -211,15 +210,13 @@ def grow_speed(
         yield PartialSpeed(question, errors, {key: run.solves / PERIODS for key, run in runs.items()}, turns)
 
 
-def _timed(solve: Solve, cancelled: Callable[[], bool]) -> TimedRun:
+def _timed(solve: Solve, cancelled: Poll) -> TimedRun:
     """One run; a short one before it brings code and tables into the caches."""
     solve(CHECKED, cancelled)
     return solve(PERIODS, cancelled)
 
 
-def _errors(
-    question: SpeedQuestion, by_key: dict[SolverKey, Solve], cancelled: Callable[[], bool]
-) -> dict[SolverKey, float]:
+def _errors(question: SpeedQuestion, by_key: dict[SolverKey, Solve], cancelled: Poll) -> dict[SolverKey, float]:
     """Largest difference from the exact penalty model after `CHECKED` periods; nan where either gave up.
 
     The plain loop takes the steps that the fixed step skips: of the same system and start, the same solution.

@@ -3,7 +3,7 @@
 The runs of the setting come first, then whether its steps have solutions, then one rule of thumb after the other.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -17,6 +17,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.engine import Response, Status, simulate
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.facts import Statement, message_of, sentence, stated
 
 _POINTS = 240  # of a small picture
@@ -82,7 +83,7 @@ def question_of(setting: Setting, element_stiffness: float | None = None) -> Cod
     return CodeQuestion(setting.drawn_like(Setting()), element_stiffness)
 
 
-def grow_code(question: CodeQuestion, last: PartialCode | None, cancelled: Callable[[], bool]) -> Iterator[PartialCode]:
+def grow_code(question: CodeQuestion, last: PartialCode | None, cancelled: Poll) -> Iterator[PartialCode]:
     """Partial results, from ``last`` on; raises `Cancelled`."""
     result = last or PartialCode(question, compute_runs(question.setting, cancelled))
     yield result
@@ -110,7 +111,7 @@ def code_lines(code: Code, setting: Setting, contact_area: float | None = None) 
     return code.words_for(setting.system, setting.eta, setting.penalty, setting.scale, contact_area)
 
 
-def _solvable(setting: Setting, cancelled: Callable[[], bool]) -> str | Statement:
+def _solvable(setting: Setting, cancelled: Poll) -> str | Statement:
     """Whether the steps have solutions: by a run that stops at the first that has none."""
     method = setting.penalty
     if method.located:
@@ -137,15 +138,15 @@ def _first_without_solution(run: Response, handled: str) -> Statement:
     return sentence(stated("{}; {}", run.message.without_advice, _HANDLED[handled]))
 
 
-def _judge(rule: Rule, question: CodeQuestion, cancelled: Callable[[], bool]) -> Judged:
+def _judge(rule: Rule, question: CodeQuestion, cancelled: Poll) -> Judged:
     asked, setting = question.asked, question.setting
     empty = np.empty((2, 0))
     try:
         with_rule = read_setting(rule_texts(rule, question), setting)
     except Refused as error:  # more than this server computes
-        return Judged(RuleOutcome(rule, rule.method(asked), "", np.nan, np.nan, None, str(error)), empty)
+        return Judged(RuleOutcome(rule, rule.method(asked), why=str(error)), empty)
     except ValueError as error:
-        return Judged(RuleOutcome(rule, None, "", np.nan, np.nan, None, message_of(error) + "."), empty)
+        return Judged(RuleOutcome(rule, None, why=message_of(error) + "."), empty)
     runs = None if rule.kind == EXPLICIT else compute_runs(with_rule, cancelled, _CACHE)
     outcome = judge(
         rule,

@@ -13,13 +13,13 @@ are (:func:`.grid.chance_distance`). Blocks that follow each other show chance a
 together is the floor: a total of a few floors may be chance.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
 from html import escape
 
 import numpy as np
-from vibroscope.engine.arguments import check_fields
+from vibroscope.engine.arguments import Poll, check_fields
 from vibroscope.engine.divergence.encounters import Encounters, match_encounters, mean_closing_speed
 from vibroscope.engine.divergence.error import Target
 from vibroscope.engine.divergence.grid import (
@@ -159,7 +159,7 @@ class Statistics:
         return _apart(self.sections.penalty, self.sections.derived, self.size)
 
 
-def statistics(runs: PerSolution[Response], cancelled: Callable[[], bool] | None = None) -> Statistics:
+def statistics(runs: PerSolution[Response], cancelled: Poll | None = None) -> Statistics:
     """Compare the sections of four runs over their SECTION kept periods, or as many from their checkpoints."""
     sections = PerSolution(*(_section(run, cancelled) for run in runs))
     size = rms(about_rest(sections.reference.T, runs.reference.system))
@@ -181,7 +181,7 @@ def _apart(one: np.ndarray, other: np.ndarray, size: float) -> float:
     return relative_to(wasserstein_distance(one, other), size)
 
 
-def _section(run: Response, cancelled: Callable[[], bool] | None) -> np.ndarray:
+def _section(run: Response, cancelled: Poll | None) -> np.ndarray:
     """Return ξ₁ and ξ₂ of the section, (SECTION, 2); nan if the run ends early."""
     if run.ok and run.keep != SECTION:
         run = run_again(run, periods=SECTION, keep=SECTION, initial=run.checkpoint, cancelled=cancelled)
@@ -264,7 +264,7 @@ class Comparison:
         """Differences of the sections over SECTION periods; None if ``pointwise``, or without ``parts``."""
         return self._measured(None)
 
-    def measure(self, cancelled: Callable[[], bool] | None = None) -> None:
+    def measure(self, cancelled: Poll | None = None) -> None:
         """Compute ``statistics`` now, some seconds of runs that can be cancelled; asked for later, they cannot be.
 
         Raises
@@ -283,7 +283,7 @@ class Comparison:
         """Whether nothing drives the bodies, so that the motions are free vibrations from their start."""
         return not self.runs.reference.system.excitation.drives
 
-    def changing(self, cancelled: Callable[[], bool] | None = None) -> dict[str, float]:
+    def changing(self, cancelled: Poll | None = None) -> dict[str, float]:
         """How far the section of the "reference" or "penalty" moved since half of the periods, where it still moves.
 
         Relative to its size; only of motions that do not repeat themselves, which are run again for that.
@@ -333,7 +333,7 @@ class Comparison:
         parts = known({name: getattr(found, name) for name in self.part_names})
         return Difference("sections", found.total, parts, found.chance, self.runs.penalty.method.law)
 
-    def decided(self, cancelled: Callable[[], bool] | None = None) -> "Comparison":
+    def decided(self, cancelled: Poll | None = None) -> "Comparison":
         """Add evidence to the motions whose kind the kept periods alone do not show.
 
         A motion that repeats itself is plain; Newmark's only if the exact penalty solution repeats after as many
@@ -382,7 +382,7 @@ class Comparison:
         vars(changed).update(cached)
         return changed
 
-    def with_evidence(self, cancelled: Callable[[], bool] | None = None) -> "Comparison":
+    def with_evidence(self, cancelled: Poll | None = None) -> "Comparison":
         """Add multipliers and Lyapunov exponents to the reference's motion and Newmark's.
 
         It takes some tenths of a second where they do not repeat themselves (:func:`..motions.motion.motion`).
@@ -395,7 +395,7 @@ class Comparison:
         runs = {name: getattr(self.runs, name) for name in ("reference", "penalty")}
         return self._with(**self._judged(runs, cancelled))
 
-    def split(self, cancelled: Callable[[], bool] | None = None) -> Regularisation:
+    def split(self, cancelled: Poll | None = None) -> Regularisation:
         """Split the regularisation into its own parts, by two more runs of the reference.
 
         Raises
@@ -408,7 +408,7 @@ class Comparison:
         exact = self.runs.exact.method
         return split_regularisation(self.parts, exact, self.runs.derived, self.grid, self.start, cancelled)
 
-    def split_time_step(self, cancelled: Callable[[], bool] | None = None) -> TimeStepParts:
+    def split_time_step(self, cancelled: Poll | None = None) -> TimeStepParts:
         """Split the part of the time step into those of the contact status and of the integrator, by one run.
 
         Raises
@@ -422,10 +422,7 @@ class Comparison:
 
 
 def compare(
-    question: ComparisonQuestion,
-    *,
-    responses: Iterable[Response] = (),
-    cancelled: Callable[[], bool] | None = None,
+    question: ComparisonQuestion, *, responses: Iterable[Response] = (), cancelled: Poll | None = None
 ) -> Comparison:
     """Compare a penalty solution with the reference, and split the difference into its parts.
 
@@ -483,9 +480,7 @@ def compare(
     )
 
 
-def compare_changed(
-    comparison: Comparison, method: TimeStepping, cancelled: Callable[[], bool] | None = None
-) -> Difference | None:
+def compare_changed(comparison: Comparison, method: TimeStepping, cancelled: Poll | None = None) -> Difference | None:
     """Return the difference that a user gets who asks the same of another penalty method; None if a run ends early."""
     question = replace(comparison.question, penalty=method)
     known = (comparison.runs.reference, comparison.runs.derived)
@@ -495,7 +490,7 @@ def compare_changed(
 
 
 def _settled_runs(
-    question: ComparisonQuestion, responses: Iterable[Response], cancelled: Callable[[], bool] | None
+    question: ComparisonQuestion, responses: Iterable[Response], cancelled: Poll | None
 ) -> PerSolution[Response]:
     """Return the four runs, until they are settled; those that exist are not repeated."""
     system, eta, periods, keep = question.system, question.eta, question.periods, question.keep
@@ -521,7 +516,7 @@ def _settled_runs(
     return PerSolution(*(run(name, *length) for name in PerSolution._fields))
 
 
-def error_from_penalty_state(comparison: Comparison, cancelled: Callable[[], bool] | None = None) -> float:
+def error_from_penalty_state(comparison: Comparison, cancelled: Poll | None = None) -> float:
     """Return the error of the penalty solution against the reference that starts from the penalty's final state.
 
     The reference may have several motions at the same parameters. A penalty solution that agrees with one of them is

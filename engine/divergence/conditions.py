@@ -80,12 +80,9 @@ class Conditions:
 
     def as_dict(self) -> dict:
         """Return plain numbers for scripts; None for those that are not known."""
-        numbers = {"asked": self.asked, "restitution": self.restitution, "measured": self.measured}
+        numbers = ("asked", "restitution", "measured", "duration", "lasts", "steps")
         return {
-            **{name: finite_or_none(value) for name, value in numbers.items()},
-            "duration": finite_or_none(self.duration),
-            "lasts": finite_or_none(self.lasts),
-            "steps": finite_or_none(self.steps),
+            **{name: finite_or_none(getattr(self, name)) for name in numbers},
             **span_as_dict(self.alone),
             "rebounds": self.rebounds,
             "resolved": self.resolved,

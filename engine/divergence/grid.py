@@ -126,11 +126,7 @@ def closest_repetition(cycle: np.ndarray, displacement: np.ndarray) -> np.ndarra
 
 
 def samples_beside(
-    response: Response,
-    period: int,
-    other: np.ndarray,
-    grid: Record,
-    cancelled: Callable[[], bool] | None = None,
+    response: Response, period: int, other: np.ndarray, grid: Record, cancelled: Callable[[], bool] | None = None
 ) -> tuple[np.ndarray, int]:
     """Sample a run on the grid of another solution, shifted by whole periods to be closest to it.
 

@@ -46,13 +46,14 @@ up exactly at every instant.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.contact import damping_ratio, effective_restitution
 from vibroscope.engine.divergence.encounters import mean_closing_speed
 from vibroscope.engine.divergence.grid import about_rest, relative_to, rms, run_again, samples_beside, samples_on_grid
@@ -159,10 +160,7 @@ def described(run: Response) -> Motion:
 
 
 def difference_series(
-    runs: PerSolution[Response],
-    motions: PerSolution[Motion],
-    per_period: int,
-    cancelled: Callable[[], bool] | None = None,
+    runs: PerSolution[Response], motions: PerSolution[Motion], per_period: int, cancelled: Poll | None = None
 ) -> DifferenceSeries:
     """Sample the kept periods of four runs, SAMPLED_PERIODS at most, on one grid, up to ``per_period`` times a period.
 
@@ -294,7 +292,7 @@ def split_regularisation(
     derived: Response,
     grid: Record,
     initial: Sequence[float] | None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> Regularisation:
     """Split the regularisation of a comparison, by two more runs of the reference.
 
@@ -376,11 +374,7 @@ class TimeStepParts:
 
 
 def split_time_step(
-    series: DifferenceSeries,
-    penalty: Response,
-    grid: Record,
-    initial,
-    cancelled: Callable[[], bool] | None = None,
+    series: DifferenceSeries, penalty: Response, grid: Record, initial, cancelled: Poll | None = None
 ) -> TimeStepParts:
     """Split the time step of a comparison, by a run with located steps.
 

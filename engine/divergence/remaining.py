@@ -7,10 +7,11 @@ itself what is left is the error of :class:`.error.Target`, otherwise the distan
 (:mod:`.compare`).
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.divergence.compare import SECTION, Comparison, compare_changed
 from vibroscope.engine.divergence.error import SampledRuns, Target
 from vibroscope.engine.divergence.grid import LONGER, PER_PERIOD
@@ -58,9 +59,7 @@ class Remaining:
         Whether steps are skipped, so that many of them take hardly longer.
     """
 
-    def __init__(
-        self, comparison: Comparison, cancelled: Callable[[], bool] | None = None, threads: int | None = None
-    ) -> None:
+    def __init__(self, comparison: Comparison, cancelled: Poll | None = None, threads: int | None = None) -> None:
         run = comparison.runs.penalty
         self._system, self._eta, self.method = run.system, run.eta, run.method
         self._cancelled = cancelled
@@ -126,7 +125,7 @@ class Remaining:
             return target.error(penalty, self._cancelled) if target and target.periodic else np.inf
         return self._comparison.statistics.without_joint_damping
 
-    def _measure(self, method: Penalty, plan: _Plan, cancelled: Callable[[], bool] | None) -> float:
+    def _measure(self, method: Penalty, plan: _Plan, cancelled: Poll | None) -> float:
         """Run a method, in any thread, and return what it leaves; inf if the run ends early."""
         if self._target is None:
             start = Checkpoint(self._system, self._eta, method, 0, plan.start)

@@ -1,10 +1,10 @@
 """The sentences of a verdict: why a number is to blame, what its change leaves, and the numbers behind it."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.contact import damping_ratio, equal_damping, equal_stiffness
 from vibroscope.engine.divergence.alone import Alone, Change
 from vibroscope.engine.divergence.blame import OF_STEPS, Blame, contact_fails
@@ -233,7 +233,7 @@ def certainty_sentences(together: Change | None) -> list[Statement]:
 
 
 def detail_sentences(
-    comparison: Comparison, found: Alone | None, contact: Conditions, cancelled: Callable[[], bool] | None
+    comparison: Comparison, found: Alone | None, contact: Conditions, cancelled: Poll | None
 ) -> tuple[str | Statement, ...]:
     """Return the numbers behind the headline of a verdict as sentences; without a search if there was none."""
     difference, lines = comparison.difference, []
@@ -246,10 +246,7 @@ def detail_sentences(
     elif difference.measure == "displacements":
         lines.append(_why_no_parts(comparison))
     if not touching(comparison.penalty) or not touching(comparison.reference):  # else nothing meets
-        lines += [
-            *_restitution_sentences(comparison, contact, cancelled),
-            *contact_sentences(comparison, contact),
-        ]
+        lines += [*_restitution_sentences(comparison, contact, cancelled), *contact_sentences(comparison, contact)]
     if comparison.encounters is not None:
         matches = comparison.encounters
         late = "" if np.isnan(matches.phase_error) else f", {percent(matches.phase_error)} of a period apart"
@@ -289,7 +286,7 @@ def _why_no_parts(comparison: Comparison) -> str:
 
 
 def _restitution_sentences(
-    comparison: Comparison, contact: Conditions, cancelled: Callable[[], bool] | None
+    comparison: Comparison, contact: Conditions, cancelled: Poll | None
 ) -> tuple[Statement, ...]:
     """Return how fast the bodies part, measured or as a contact alone has it, and what would give e."""
     run = comparison.runs.penalty
@@ -322,7 +319,7 @@ def _restitution_sentences(
     )
 
 
-def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Callable[[], bool] | None) -> list[Statement]:
+def _ways_to_rebound(comparison: Comparison, speed: float, cancelled: Poll | None) -> list[Statement]:
     """The D and K of equal restitution, as they are written, whose own runs rebound as asked.
 
     Where other forces act, they do not. With the step and without it: with it alone a few contacts may do so by chance.

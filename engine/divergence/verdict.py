@@ -254,10 +254,7 @@ def _of_search(comparison: Comparison, found: Alone, blame: Blame, unchanged: st
         left=first_change.left if first_change else np.nan,
         together=blame.together is not None,
         scatter=scatter,
-        details=(
-            *detail_sentences(comparison, found, contact, cancelled),
-            *certainty_sentences(blame.together),
-        ),
+        details=(*detail_sentences(comparison, found, contact, cancelled), *certainty_sentences(blame.together)),
         alone=found,
         contact=contact,
         **_motions(comparison),
@@ -366,11 +363,7 @@ def _of_rest(comparison: Comparison) -> Verdict:
         apart,
         Dimensionless(", in units of length"),
     )
-    return Verdict(
-        sentence(said),
-        "unknown",
-        **_motions(comparison),
-    )
+    return Verdict(sentence(said), "unknown", **_motions(comparison))
 
 
 def _scatter_sentence(comparison: Comparison, scatter: float) -> str | Statement:

@@ -8,10 +8,11 @@ difference.
 """
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.divergence.grid import rms
 from vibroscope.engine.facts import ETA, OMEGA1, Amount, Statement, equation, joined, sentence, stated
 from vibroscope.engine.measurement.cycle import (
@@ -122,7 +123,7 @@ class Reading:
 
 
 def explaining_reading(
-    cycle: Cycle, measurement: Measurement, off: float, noise: float, cancelled: Callable[[], bool] | None = None
+    cycle: Cycle, measurement: Measurement, off: float, noise: float, cancelled: Poll | None = None
 ) -> Reading | None:
     """Find the reading with which the reference agrees; None if the file's own does, or none explains the difference.
 
@@ -255,7 +256,7 @@ def compare_measured(
     reference: Reference | None = None,
     periods: int = LONG,
     initial: Sequence[float] | None = REST,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> MeasuredComparison:
     """Compare a measurement with both solutions, both from one start and each aligned by its own phase.
 

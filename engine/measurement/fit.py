@@ -28,7 +28,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vibroscope.engine.arguments import shown
+from vibroscope.engine.arguments import Poll, shown
 from vibroscope.engine.facts import Amount, Statement, equation, stated
 from vibroscope.engine.measurement.cycle import (
     Cycle,
@@ -100,7 +100,7 @@ class FitProblem:
         measurement: Measurement,
         names: tuple[str, ...],
         method: Reference | ExactPenalty,
-        cancelled: Callable[[], bool] | None,
+        cancelled: Poll | None,
         initial: Sequence[float] | None = REST,
     ):
         self.system, self.eta, self.measurement, self.names = system, eta, measurement, names
@@ -114,18 +114,11 @@ class FitProblem:
         """Return different initial values of the constants, each within its range."""
         guesses = []
         for change in GUESSES:
-            factor = change.get("damping", 1.0)
-            values = [
-                change.get("restitution", self.system.restitution)
-                if name == "restitution"
-                else 0.0
-                if name in ZEROS
-                else 1.0
-                if name == SCALE
-                else factor * constant(self.system, name, self.method)
-                for name in self.names
-            ]
-            values = np.clip(values, 0.0, self.upper[:-1])
+            e = change.get("restitution", self.system.restitution)
+            own = dict.fromkeys(ZEROS, 0.0) | {SCALE: 1.0, "restitution": e}
+            others = (name for name in self.names if name not in own)
+            own |= {name: change.get("damping", 1.0) * constant(self.system, name, self.method) for name in others}
+            values = np.clip([own[name] for name in self.names], 0.0, self.upper[:-1])
             if not any(np.array_equal(values, other) for other in guesses):
                 guesses.append(values)
         return guesses if self.system.excitation.repeats else self.nearest(guesses)
@@ -308,7 +301,7 @@ def fit(
     names: Sequence[str] | None = None,
     method: Reference | ExactPenalty | None = None,
     initial: Sequence[float] | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> Fit:
     """Fit constants of the system to a measurement.
 

@@ -241,19 +241,16 @@ def _in_millimetres(units: Units) -> Units:
 def _data(table: Table, columns: list[Column]) -> tuple[list[str], list[tuple[int, list[float]]]]:
     """Read the samples, with the numbers of their lines; in a file of the page those of one curve, and its name."""
     place = next((column.place for column in columns if column.name == SERIES), None)
-    data: list[tuple[int, list[float]]] = []
-    if place is None:
-        for number, cells in table.rows:
-            _append(data, cells, columns, number, table)
-        return [], data
-    rows = [(number, cells) for number, cells in table.rows if len(cells) > place]
-    curves = list(dict.fromkeys(cells[place].strip() for _, cells in rows))
-    curve = "measured" if "measured" in curves else next(iter(curves), "")
-    columns = [column for column in columns if column.name != SERIES]
+    rows, found, data = table.rows, [], []
+    if place is not None:
+        whole = [(number, cells) for number, cells in rows if len(cells) > place]
+        curves = list(dict.fromkeys(cells[place].strip() for _, cells in whole))
+        found = ["measured" if "measured" in curves else next(iter(curves), "")]
+        rows = (row for row in whole if row[1][place].strip() == found[0])
+        columns = [column for column in columns if column.name != SERIES]
     for number, cells in rows:
-        if cells[place].strip() == curve:
-            _append(data, cells, columns, number, table)
-    return [curve], data
+        _append(data, cells, columns, number, table)
+    return found, data
 
 
 def _append(

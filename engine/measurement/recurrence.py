@@ -115,17 +115,9 @@ def recurrence(measurement: Measurement, eta: float) -> Recurrence:
     period, possible, variance = _period(thin, eta, periods)
     if np.sqrt(variance) > UNEXPLAINED * size:
         period, possible = 0, ()
-    contact = measurement.contact
-    own, error = _own_frequency(thin, eta, max(possible), periods) if period else (float("nan"), float("nan"))
-    return Recurrence(
-        period=period,
-        possible=possible,
-        noise=_beyond_rounding(float(np.sqrt(variance)), size),
-        eta=own,
-        eta_error=error,
-        strongest=_strongest_frequency(measurement),
-        sensor=None if contact is None else summarise_sensor(measurement.time, contact, eta),
-    )
+    own, error = _own_frequency(thin, eta, max(possible), periods) if period else (np.nan, np.nan)
+    noise = _beyond_rounding(float(np.sqrt(variance)), size)
+    return Recurrence(period, possible, noise, own, error, _strongest_frequency(measurement), _sensor(measurement, eta))
 
 
 def free_record(measurement: Measurement, eta: float) -> Recurrence:
@@ -143,15 +135,13 @@ def free_record(measurement: Measurement, eta: float) -> Recurrence:
     rows = measurement.displacement
     third = np.abs(np.diff(rows, 3, axis=1)) / np.sqrt(20.0)  # 1, 3, 3, 1: of noise of size 1 their size is √20
     size = np.median(third, axis=1) / NORMAL_MEDIAN
-    return Recurrence(
-        period=0,
-        possible=(0,),
-        noise=_beyond_rounding(rms(size), float(np.std(rows, axis=1).max())),
-        eta=float("nan"),
-        eta_error=float("nan"),
-        strongest=_strongest_frequency(measurement),
-        sensor=None if measurement.contact is None else summarise_sensor(measurement.time, measurement.contact, eta),
-    )
+    noise = _beyond_rounding(rms(size), float(np.std(rows, axis=1).max()))
+    return Recurrence(0, (0,), noise, np.nan, np.nan, _strongest_frequency(measurement), _sensor(measurement, eta))
+
+
+def _sensor(measurement: Measurement, eta: float) -> Sensor | None:
+    contact = measurement.contact
+    return None if contact is None else summarise_sensor(measurement.time, contact, eta)
 
 
 def _beyond_rounding(noise: float, size: float) -> float:

@@ -16,7 +16,7 @@ from itertools import chain, pairwise
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.arguments import require
+from vibroscope.engine.arguments import Poll, require
 from vibroscope.engine.drivers.alone import BLOWN_UP, Touches, parameters_alone
 from vibroscope.engine.drivers.step_maps import bodies_of, is_stable
 from vibroscope.engine.methods import contact_ranges
@@ -132,10 +132,7 @@ class LargestStep(NamedTuple):
 
 
 def largest_step(
-    question: Impact,
-    tolerance: float = CLOSE_TO_ASKED,
-    asked: float | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    question: Impact, tolerance: float = CLOSE_TO_ASKED, asked: float | None = None, cancelled: Poll | None = None
 ) -> LargestStep | None:
     """The largest step for which e stays within a tolerance of what was asked, whatever the instant of touch.
 

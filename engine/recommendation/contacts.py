@@ -8,12 +8,11 @@ the system: it grows with K.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.arguments import require, set_fields
+from vibroscope.engine.arguments import Poll, require, set_fields
 from vibroscope.engine.contact import effective_restitution
 from vibroscope.engine.divergence.encounters import delivered_restitution, mean_closing_speed, short_contacts
 from vibroscope.engine.divergence.error import Target
@@ -106,11 +105,7 @@ class Contacts(NamedTuple):
 
 
 def contacts_of(
-    run: Response,
-    without_step: float,
-    target: Target,
-    cancelled: Callable[[], bool] | None,
-    samples: int = PEAK_SAMPLES,
+    run: Response, without_step: float, target: Target, cancelled: Poll | None, samples: int = PEAK_SAMPLES
 ) -> Contacts:
     """Return what the contacts of the kept periods of a run do.
 
@@ -132,7 +127,7 @@ def contacts_of(
     return Contacts(restitution, run.system.restitution, peak, without_step, steps, run.steps_without_solution)
 
 
-def peak_of(run: Response, period: int, cancelled: Callable[[], bool] | None, samples: int = PEAK_SAMPLES) -> float:
+def peak_of(run: Response, period: int, cancelled: Poll | None, samples: int = PEAK_SAMPLES) -> float:
     """Return the largest contact force in as many kept periods as the samples allow, and at least in one cycle."""
     steps = run.method.grid_steps
     per_period = steps

@@ -1,9 +1,9 @@
 """Why no setting meets a tolerance, in words: runs without a time step and without joint damping find the cause."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.contact import equal_damping, equal_restitution_damping
 from vibroscope.engine.divergence.conditions import unequal_stops_text
 from vibroscope.engine.divergence.error import Target
@@ -52,7 +52,7 @@ def idle_reason(found: Steady) -> Statement:
     return Statement(fact if described.contact_share == 0.0 else "")
 
 
-def joint_damping_error(target: Target, reference: Reference, cancelled: Callable[[], bool] | None = None) -> float:
+def joint_damping_error(target: Target, reference: Reference, cancelled: Poll | None = None) -> float:
     """Return the error of the reference with derived joint damping, which no K, D or time step can remove.
 
     nan if that motion does not repeat itself.
@@ -62,7 +62,7 @@ def joint_damping_error(target: Target, reference: Reference, cancelled: Callabl
     return target.error(derived.response, cancelled) if derived.periodic else math.nan
 
 
-def error_without_time_step(target: Target, method: TimeStepping, cancelled: Callable[[], bool] | None = None) -> float:
+def error_without_time_step(target: Target, method: TimeStepping, cancelled: Poll | None = None) -> float:
     """Return the error of the limit of a method without a time step, which K and D alone cause."""
     run = target.reference
     options = {"periods": LONG, "keep": KEEP, "record": Record(KEEP, PER_PERIOD), "cancelled": cancelled}
@@ -70,11 +70,7 @@ def error_without_time_step(target: Target, method: TimeStepping, cancelled: Cal
 
 
 def unmet_tolerance_reason(
-    trials: Trials,
-    front: list[Trial],
-    joint_damping: float,
-    question: SettingQuestion,
-    cancelled: Callable[[], bool] | None = None,
+    trials: Trials, front: list[Trial], joint_damping: float, question: SettingQuestion, cancelled: Poll | None = None
 ) -> Reason:
     """Say what keeps the error above the tolerance, and what to do about it.
 
@@ -118,12 +114,7 @@ def unmet_tolerance_reason(
 
 
 def _reason_of_numbers(
-    trials: Trials,
-    least: Trial,
-    stiffness_max: float,
-    found: str,
-    question: SettingQuestion,
-    cancelled: Callable[[], bool] | None,
+    trials: Trials, least: Trial, stiffness_max: float, found: str, question: SettingQuestion, cancelled: Poll | None
 ) -> Reason:
     """Say which of the step, the dampers of two stops, what is held, and K keeps the displacements off."""
     target, tolerance, limits = trials.target, question.tolerances.displacement, question.limits

@@ -20,6 +20,7 @@ from dataclasses import replace
 from itertools import islice, pairwise
 from typing import NamedTuple
 
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.divergence.compare import ComparisonQuestion, compare
 from vibroscope.engine.divergence.parts import PART_NAMES
 from vibroscope.engine.drivers.threads import thread_count
@@ -83,7 +84,7 @@ class Search:
     cancelled : callable, optional
     """
 
-    def __init__(self, question: SettingQuestion, pool: ThreadPoolExecutor, cancelled: Callable[[], bool] | None):
+    def __init__(self, question: SettingQuestion, pool: ThreadPoolExecutor, cancelled: Poll | None):
         self.question = question
         self._pool, self._cancelled = pool, cancelled
         self._parts: list[_Part] = []
@@ -262,10 +263,7 @@ class Search:
 
 
 def of_same_kind(
-    found: Sequence[Steady],
-    trials: Iterable[Trial],
-    scheme: TimeStepping,
-    cancelled: Callable[[], bool] | None,
+    found: Sequence[Steady], trials: Iterable[Trial], scheme: TimeStepping, cancelled: Poll | None
 ) -> tuple[Trial | None, str]:
     """Return the first of a few trials whose motion is of the reference's kind, and ""; else the first, and why not.
 
@@ -290,7 +288,7 @@ def of_same_kind(
     return first, joined("; ", (stated("at {} {}", equation("eta", eta, 4), kind) for eta, kind in different))
 
 
-def _kind(found: Steady, method: TimeStepping, cancelled: Callable[[], bool] | None) -> str:
+def _kind(found: Steady, method: TimeStepping, cancelled: Poll | None) -> str:
     """How the motion of a setting differs from the reference's in kind, in words; empty if it does not."""
     reference, run = describe(found.response, found.period), found.response
     penalty = describe(simulate(run.system, run.eta, method, cancelled=cancelled))
@@ -320,7 +318,7 @@ def recommend(
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
     partial: Callable[[list[Trial], float], None] | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> Recommendation:
     """Find K, D and steps per period that meet the tolerances at the least cost, at all η of the question and between.
 

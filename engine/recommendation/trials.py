@@ -36,7 +36,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.arguments import require
+from vibroscope.engine.arguments import Poll, require
 from vibroscope.engine.divergence.encounters import mean_closing_speed
 from vibroscope.engine.divergence.error import SampledRuns, Target
 from vibroscope.engine.divergence.grid import PER_PERIOD
@@ -123,7 +123,7 @@ class Trials:
         scheme: TimeStepping,
         pool: Executor,
         tolerances: Tolerances | None = None,
-        cancelled: Callable[[], bool] | None = None,
+        cancelled: Poll | None = None,
     ):
         self.target = Target(found.response, found.period)
         self.tolerances = tolerances or Tolerances()

@@ -34,44 +34,6 @@ from vibroscope.engine.sweeps.study import Study
 if TYPE_CHECKING:
     import xarray
 
-__all__ = [
-    "AXES",
-    "COARSEST",
-    "COORDINATES",
-    "DIRECTIONS",
-    "KIND_FLAGS",
-    "MISSING",
-    "OVER",
-    "SCHEMES",
-    "BasinDifference",
-    "BasinStudy",
-    "CellKind",
-    "EtaStudy",
-    "NoSolutionStudy",
-    "Partial",
-    "PlaneStudy",
-    "Progress",
-    "RunOptions",
-    "StartPlane",
-    "StepStudy",
-    "Study",
-    "basin_difference",
-    "check_store",
-    "difference_of",
-    "empty_values",
-    "engine_digest",
-    "grow",
-    "grow_cached",
-    "grow_kinds",
-    "grow_picture",
-    "judge_runs",
-    "kind_words",
-    "known_kinds",
-    "nearest_known",
-    "sweep",
-    "unknown_kinds",
-]
-
 
 def sweep(study: Study, *, keep: bool = False, **how) -> "xarray.Dataset":
     """Run a study.

@@ -17,7 +17,7 @@ import json
 import math
 import platform
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -133,12 +133,7 @@ def account(progress: Progress, where: str) -> dict[str, object]:
 
 def cost(progress: Progress) -> dict[str, object]:
     """Seconds and cells of a run."""
-    return {
-        "seconds": progress.seconds,
-        "computed": progress.computed,
-        "reused": progress.reused,
-        "failed": progress.failed,
-    }
+    return {name: getattr(progress, name) for name in ("seconds", "computed", "reused", "failed")}
 
 
 Chunk = tuple[slice, ...]
@@ -329,3 +324,29 @@ class Memory:
 
     def close(self) -> None:
         """Nothing is open."""
+
+
+def one_by_one(study: Study, results, batches: Iterable[Batch], counter: ProgressCounter, compute) -> Iterator[None]:
+    """Count the batches that the results have, and compute and write the others, each after the one before.
+
+    Parameters
+    ----------
+    study : Study
+    results : Memory or Store
+    batches : iterable of Batch
+    counter : ProgressCounter
+    compute : callable
+        ``compute(batch, before)`` returns the variables of a batch; ``before`` are those of the one before, if the
+        study is sequential.
+    """
+    before = None
+    for batch in batches:
+        values = results.read(batch)
+        reused = values is not None
+        if not reused:
+            values = compute(batch, before)
+            results.write(batch, values)
+        before = values if study.sequential else None
+        counter.add(values["status"], reused=reused)
+        if not reused:
+            yield

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from vibroscope import assets
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.drivers.code_cache import cache_root
 from vibroscope.engine.methods import JOINT_DAMPINGS, Reference
 from vibroscope.engine.model import System
@@ -193,11 +194,7 @@ def diagram_study(system: System, method: Reference) -> EtaStudy:
 
 
 def diagram(
-    system: System,
-    method: Reference,
-    *,
-    progress: ProgressCallback | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    system: System, method: Reference, *, progress: ProgressCallback | None = None, cancelled: Poll | None = None
 ) -> Diagram:
     """The bifurcation diagram over GRID: shipped, or cached, or computed now and cached.
 

@@ -11,8 +11,9 @@ import logging
 from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.result import Cancelled
-from vibroscope.engine.sweeps.batches import Chunk, Memory, ProgressCounter
+from vibroscope.engine.sweeps.batches import Chunk, Memory, ProgressCounter, one_by_one
 from vibroscope.engine.sweeps.digest import engine_digest
 from vibroscope.engine.sweeps.store import Store
 from vibroscope.engine.sweeps.store_location import StoreLocation
@@ -48,7 +49,7 @@ def compute_into_store(study: Study, digest: str, threads: int, location: tuple)
 
 
 @contextlib.contextmanager
-def connect(scheduler: str, threads: int, cancelled: Callable[[], bool] | None) -> Iterator[Callable]:
+def connect(scheduler: str, threads: int, cancelled: Poll | None) -> Iterator[Callable]:
     """An executor of chunks (see :mod:`.growth`) on the cluster of a scheduler.
 
     Raises
@@ -105,7 +106,7 @@ def _clear_end(scheduler: str) -> Iterator[None]:
 
 
 class _Cluster:
-    def __init__(self, client, threads: int, cancelled: Callable[[], bool] | None) -> None:
+    def __init__(self, client, threads: int, cancelled: Poll | None) -> None:
         self._client, self._threads, self._cancelled = client, threads, cancelled
 
     def execute(
@@ -135,21 +136,12 @@ class _Cluster:
             yield
 
     def _one_by_one(self, study, results, chunks, counter) -> Iterator[None]:
-        before = None
-        for chunk in chunks:
-            values = results.read(chunk)
-            reused = values is not None
-            if not reused:
-                start = before
-                ((_, values),) = self._results(
-                    [chunk],
-                    lambda chunk: self._compute(study.cut(chunk), start),  # noqa: B023 - used at once
-                    counter,
-                )
-                results.write(chunk, values)
-            counter.add(values["status"], reused=reused)
-            before = {name: values[name] for name in ("status", "end")}
-            yield
+        def compute(chunk: Chunk, before: dict[str, np.ndarray] | None) -> dict[str, np.ndarray]:
+            end = before and {name: before[name] for name in ("status", "end")}
+            ((_, values),) = self._results([chunk], lambda chunk: self._compute(study.cut(chunk), end), counter)
+            return values
+
+        return one_by_one(study, results, chunks, counter, compute)
 
     def _compute(self, part: Study, before: dict[str, np.ndarray] | None):
         return self._submit(compute, part, before, engine_digest(), self._threads)

@@ -23,16 +23,7 @@ from vibroscope.engine.cells import CellResults, Cells
 from vibroscope.engine.divergence.error import Target
 from vibroscope.engine.divergence.grid import closest_repetition, relative_to, rms
 from vibroscope.engine.divergence.grid import samples_by_period as by_period
-from vibroscope.engine.drivers.differences import (
-    ALONE,
-    BESIDE,
-    OWN_LIMIT,
-    Cycles,
-    Grid,
-    Motions,
-    Sampling,
-    differences,
-)
+from vibroscope.engine.drivers.differences import ALONE, BESIDE, OWN_LIMIT, Cycles, Grid, Motions, Sampling, differences
 from vibroscope.engine.drivers.threads import thread_count
 from vibroscope.engine.methods import Reference
 from vibroscope.engine.model import System

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from vibroscope.engine.result import Cancelled
+from vibroscope.engine.result import check_cancelled
 from vibroscope.engine.sweeps import batches
 from vibroscope.engine.sweeps.batches import (
     Batch,
@@ -25,6 +25,7 @@ from vibroscope.engine.sweeps.batches import (
     chunks,
     chunks_in_order,
     coarse_first,
+    one_by_one,
 )
 from vibroscope.engine.sweeps.eta_study import EtaStudy
 from vibroscope.engine.sweeps.store import Store
@@ -191,20 +192,12 @@ def _executor(options: RunOptions) -> Iterator[Executor]:
 def _compute_here(
     study: Study, results: Memory | Store, batches: Iterable[Batch], counter: ProgressCounter, options: RunOptions
 ) -> Iterator[None]:
-    before = None
-    for batch in batches:
-        values = results.read(batch)
-        reused = values is not None
-        if not reused:
-            if options.cancelled is not None and options.cancelled():
-                raise Cancelled  # a batch may be done before it asks
-            how = {"threads": options.threads, "progress": counter.report, "cancelled": options.cancelled}
-            values = study.compute(batch, before=before, **how)
-            results.write(batch, values)
-        before = values if study.sequential else None
-        counter.add(values["status"], reused=reused)
-        if not reused:
-            yield
+    def compute(batch: Batch, before: dict[str, np.ndarray] | None) -> dict[str, np.ndarray]:
+        check_cancelled(options.cancelled)  # a batch may be done before it asks
+        how = {"threads": options.threads, "progress": counter.report, "cancelled": options.cancelled}
+        return study.compute(batch, before=before, **how)
+
+    return one_by_one(study, results, batches, counter, compute)
 
 
 def _grow_grid(

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.cells import Cells, run_cells
 from vibroscope.engine.motions.description import CellKind, Kind
 from vibroscope.engine.motions.judge import judge, late_runs, unknown_kinds
@@ -69,7 +70,7 @@ def judge_cells(
     chosen: np.ndarray,
     *,
     threads: int | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> dict[str, np.ndarray]:
     """Judge the motion of some cells that reached their end.
 
@@ -136,12 +137,7 @@ def grow_kinds(
 
 
 def judge_runs(
-    cells: Cells,
-    *,
-    transient: int,
-    sample: int,
-    threads: int | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cells: Cells, *, transient: int, sample: int, threads: int | None = None, cancelled: Poll | None = None
 ) -> dict[str, np.ndarray]:
     """Run cells, and judge the motion of those that reached their end.
 

@@ -9,7 +9,7 @@ import pytest
 from vibroscope.app.codes.catalogue import Code, codes, input_numbers
 from vibroscope.app.codes.rules import rules
 from vibroscope.app.commands.cli import main
-from vibroscope.app.export.decks import opensees
+from vibroscope.app.export.decks import deck, opensees
 from vibroscope.app.export.decks.problem import DeckProblem
 from vibroscope.engine import CONTACT_LAWS, HHT, INTEGRATORS, NewmarkBeta, System, TimeStepping
 
@@ -91,7 +91,7 @@ def test_the_words_of_opensees_are_those_of_its_deck(name):
     first, *lines = codes()["opensees"].lines(numbers, name)
     assert first == f"integrator({opensees.INTEGRATORS[name](method.integrator)})".replace('"', "'")
     (size,) = (line.partition(", ")[2].rstrip(")") for line in lines if line.startswith("analyze"))
-    substeps = int(re.search(r"SUBSTEPS = (\d)", opensees.write(problem))[1])
+    substeps = int(re.search(r"SUBSTEPS = (\d)", deck("opensees", problem))[1])
     assert float(size) == pytest.approx(problem.step / substeps, rel=1e-5)
 
 

@@ -260,7 +260,7 @@ def test_the_rest_of_a_preload_stays_where_it_is():
     problem = problem_of("wall with preload")
     found = simulate(problem.system, ETA, problem.method, periods=1, keep=1)
     assert found.ok
-    assert problem.gap() <= 0.0
+    assert problem.gap <= 0.0
 
 
 def test_a_deck_says_in_its_head_where_a_step_has_no_solution_in_its_code():

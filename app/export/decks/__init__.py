@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.decks import abaqus, ansys, calculix, modelica, opensees
-from vibroscope.app.export.decks.problem import KEEP, PERIODS, DeckProblem
+from vibroscope.app.export.decks.problem import KEEP, PERIODS, DeckProblem, check
 from vibroscope.engine import CONTACT_STATUSES, WITHOUT_SOLUTION, System, free_length
 
 DECKS = {"opensees": opensees, "calculix": calculix, "abaqus": abaqus, "ansys": ansys, "modelica": modelica}
@@ -12,7 +12,9 @@ DECKS = {"opensees": opensees, "calculix": calculix, "abaqus": abaqus, "ansys": 
 
 def deck(code: str, problem: DeckProblem) -> str:
     """The text of a deck for a code of :data:`DECKS`; raises ValueError, in one line, for what it cannot express."""
-    return DECKS[code].write(problem)
+    own = DECKS[code]
+    check(problem, own)
+    return own.TEMPLATE.format(**own.parts(problem), **problem.parts(own))
 
 
 def usual_length(code: str, system: System, eta: float, steps: int, initial: Sequence[float] | None) -> tuple[int, int]:

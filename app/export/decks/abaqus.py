@@ -4,25 +4,25 @@ Sources of the keywords: Abaqus Keywords Reference: *MASS, *SPRING, *DASHPOT, *C
 *DYNAMIC, *AMPLITUDE.
 """
 
-from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check, check_average
+from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, alpha_of
 
-NAME, SUFFIX, STATUS = "Abaqus/Standard", "inp", "end"
+NAME, SUFFIX, STATUS, COMMENT = "Abaqus/Standard", "inp", "end", "** "
 LAWS = (LINEAR,)
 INTEGRATORS = ("newmark", "hht")
 
-_DECK = """\
+TEMPLATE = """\
 *HEADING
 {words}
 ** Not run by Vibroscope, which has no licence of this code: look at the first results before you trust them.
 **
-** Run it with: abaqus job={name}. This script, run by "abaqus python", makes a CSV file of its result:
+** Run it with: abaqus job={p.name}. This script, run by "abaqus python", makes a CSV file of its result:
 **   from odbAccess import openOdb
-**   step = openOdb("{name}.odb").steps["RUN"]
+**   step = openOdb("{p.name}.odb").steps["RUN"]
 **   hist = [step.historyRegions["Node PART-1-1.%d" % i].historyOutputs["U1"].data for i in (2, 3)]
-**   with open("{name}.csv", "w") as out:
-**       out.write("{header}\\n")
+**   with open("{p.name}.csv", "w") as out:
+**       out.write("{p.header}\\n")
 **       for (t, a), (_, b) in zip(*hist):
-**           if t >= {first!r}: out.write("%r, %r, %r\\n" % (t, a + {x1!r}, b + {x2!r}))
+**           if t >= {p.first!r}: out.write("%r, %r, %r\\n" % (t, a + {x1!r}, b + {x2!r}))
 ** then
 **   {compare}
 **
@@ -30,15 +30,15 @@ _DECK = """\
 *NODE
 1, {far_left}, 0., 0.
 2, 0., 0., 0.
-3, {gap}, 0., 0.
+3, {p.gap}, 0., 0.
 4, {far_right}, 0., 0.
 *NSET, NSET=OUT
 2, 3
 {bodies}
 ** The face of body 2 is a rigid plane that its node carries; the node of body 1 has the area 1.
 *SURFACE, TYPE=SEGMENTS, NAME=FACE2
-START, {gap}, {low}
-LINE, {gap}, {high}
+START, {p.gap}, {low}
+LINE, {p.gap}, {p.length}
 *RIGID BODY, ANALYTICAL SURFACE=FACE2, REF NODE=3
 *NSET, NSET=NODE1
 2
@@ -47,7 +47,7 @@ NODE1, 1.
 *SURFACE INTERACTION, NAME=CONTACT
 1.
 *SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR
-{stiffness}
+{p.contact[0]}
 {damper}*CONTACT PAIR, INTERACTION=CONTACT, TYPE=NODE TO SURFACE
 FACE1, FACE2
 {second}*BOUNDARY
@@ -59,38 +59,31 @@ FACE1, FACE2
 {start}{amplitudes}
 *STEP, NAME=RUN, NLGEOM=YES, INC={most}
 *DYNAMIC, DIRECT, ALPHA={alpha}
-{step}, {end}
-{loads}*OUTPUT, HISTORY, FREQUENCY={every}
+{p.step}, {p.end}
+{loads}*OUTPUT, HISTORY, FREQUENCY={p.every}
 *NODE OUTPUT, NSET=OUT
 U
 *END STEP
 """
 
 
-def write(problem: DeckProblem) -> str:
-    """The deck; raises ValueError for what Abaqus has not."""
-    check(problem, NAME, LAWS, INTEGRATORS, STATUS)
-    check_average(problem, NAME)
-    stiffness, damping = problem.contact
-    far, gap = 1e3 * problem.length, problem.gap()
-    return _DECK.format(
-        **problem.parts(NAME, STATUS, SUFFIX, "** "),
-        far_left=-far,
-        far_right=gap + far,
-        gap=gap,
-        high=problem.length,
-        low=-problem.length,
-        bodies="\n".join(_bodies(problem)),
-        stiffness=repr(stiffness),
-        damper=_damper(damping),
-        second=_second_stop(problem),
-        free=1 if problem.system.wall else 2,
-        start=_start(problem),
-        amplitudes="\n".join(_amplitudes(problem)),
-        most=problem.steps + 10,
-        alpha=getattr(problem.integrator, "alpha", 0.0),
-        loads="".join(_loads(problem)),
-    )
+def parts(problem: DeckProblem) -> dict[str, object]:
+    """The rest of the template; raises ValueError for what Abaqus has not."""
+    far = 1e3 * problem.length
+    return {
+        "alpha": alpha_of(problem, NAME),
+        "far_left": -far,
+        "far_right": problem.gap + far,
+        "low": -problem.length,
+        "bodies": "\n".join(_bodies(problem)),
+        "damper": _damper(problem.contact[1]),
+        "second": _second_stop(problem),
+        "free": 1 if problem.system.wall else 2,
+        "start": _start(problem),
+        "amplitudes": "\n".join(_amplitudes(problem)),
+        "most": problem.steps + 10,
+        "loads": "".join(_loads(problem)),
+    }
 
 
 _SECOND = """\
@@ -101,13 +94,13 @@ _SECOND = """\
 2
 5, 1, 1., 3, 1, -1.
 *SURFACE, TYPE=SEGMENTS, NAME=FACE3
-START, {place}, {high}
+START, {place}, {p.length}
 LINE, {place}, {low}
 *RIGID BODY, ANALYTICAL SURFACE=FACE3, REF NODE=5
 *SURFACE INTERACTION, NAME=CONTACT2
 1.
 *SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR
-{stiffness}
+{p.second_contact[0]}
 {damper}*CONTACT PAIR, INTERACTION=CONTACT2, TYPE=NODE TO SURFACE
 FACE1, FACE3
 *BOUNDARY
@@ -123,14 +116,8 @@ def _damper(damping: float) -> str:
 def _second_stop(problem: DeckProblem) -> str:
     if not problem.system.two_stops:
         return ""
-    stiffness, damping = problem.second_contact
-    return _SECOND.format(
-        place=-problem.second_gap(),
-        high=problem.length,
-        low=-problem.length,
-        stiffness=repr(stiffness),
-        damper=_damper(damping),
-    )
+    damper = _damper(problem.second_contact[1])
+    return _SECOND.format(p=problem, place=-problem.second_gap, low=-problem.length, damper=damper)
 
 
 def _bodies(problem: DeckProblem) -> list[str]:

@@ -4,9 +4,9 @@ Source: Ansys Mechanical APDL Element Reference. The spring and the damper of CO
 a gap: they act where the distance of its nodes has shrunk by the gap, which must not be zero.
 """
 
-from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check
+from vibroscope.app.export.decks.problem import LINEAR, DeckProblem
 
-NAME, SUFFIX, STATUS = "Ansys Mechanical APDL", "dat", "end"
+NAME, SUFFIX, STATUS, COMMENT = "Ansys Mechanical APDL", "dat", "end", "! "
 LAWS = (LINEAR,)
 INTEGRATORS = {
     "newmark": lambda i: f"TRNOPT,FULL\nTINTP,,{i.beta!r},{i.gamma!r}",
@@ -16,11 +16,11 @@ INTEGRATORS = {
 }
 _TOUCHING = 1e-12  # units of length: the element takes a gap of zero for none
 
-_DECK = """\
+TEMPLATE = """\
 ! {words}
 ! Not run by Vibroscope, which has no licence of this code: look at the first results before you trust them.
 !
-! Run it with: ansys -b -i {name}.dat. It writes {name}.csv itself; then
+! Run it with: ansys -b -i {p.name}.dat. It writes {p.name}.csv itself; then
 !   {compare}
 !
 ! The contact status is iterated until it agrees with the end of the step.
@@ -33,7 +33,7 @@ N,2,0
 N,3,0
 N,4,0
 {bodies}
-R,30,{stiffness!r},{damping!r},0,{gap!r}
+R,30,{p.contact[0]!r},{p.contact[1]!r},0,{gap!r}
 TYPE,3
 REAL,30
 E,2,3
@@ -48,12 +48,12 @@ ANTYPE,TRANS
 NLGEOM,OFF
 NROPT,FULL
 {start}CNVTOL,F,,1E-10,,1E-12
-*DIM,LOAD1,TABLE,{steps}+1,,,TIME
-*DIM,LOAD2,TABLE,{steps}+1,,,TIME
-*DO,K,0,{steps}
-  LOAD1(K+1,0)=K*{step!r}
-  LOAD2(K+1,0)=K*{step!r}
-  A=2*ACOS(-1)*MOD(K,{n})/{n}
+*DIM,LOAD1,TABLE,{p.steps}+1,,,TIME
+*DIM,LOAD2,TABLE,{p.steps}+1,,,TIME
+*DO,K,0,{p.steps}
+  LOAD1(K+1,0)=K*{p.step!r}
+  LOAD2(K+1,0)=K*{p.step!r}
+  A=2*ACOS(-1)*MOD(K,{p.method.steps})/{p.method.steps}
   LOAD1(K+1,1)={load1}
   LOAD2(K+1,1)={load2}
 *ENDDO
@@ -61,10 +61,10 @@ F,2,FX,%LOAD1%
 F,3,FX,%LOAD2%
 AUTOTS,OFF
 KBC,0
-DELTIM,{step!r}
+DELTIM,{p.step!r}
 OUTRES,ALL,NONE
-OUTRES,NSOL,{every}
-TIME,{end!r}
+OUTRES,NSOL,{p.every}
+TIME,{p.end!r}
 SOLVE
 FINISH
 /POST26
@@ -83,12 +83,12 @@ VGET,X1(1),2
 VGET,X2(1),3
 *VOPER,X1(1),X1(1),ADD,{x1!r}
 *VOPER,X2(1),X2(1),ADD,{x2!r}
-*CFOPEN,{name},csv
+*CFOPEN,{p.name},csv
 *VWRITE,'{head1}','{head2}','{head3}'
 (A8,',',A8,',',A8)
 *DIM,KEPT,ARRAY,ROWS
 *DO,K,1,ROWS
-  KEPT(K)=T(K)-({first!r})
+  KEPT(K)=T(K)-({p.first!r})
 *ENDDO
 *VMASK,KEPT(1)
 *VWRITE,T(1),X1(1),X2(1)
@@ -98,31 +98,20 @@ FINISH
 """
 
 
-def write(problem: DeckProblem) -> str:
-    """The deck; raises ValueError for what Ansys has not."""
-    check(problem, NAME, LAWS, tuple(INTEGRATORS), STATUS)
-    stiffness, damping = problem.contact
-    gap, parts = problem.gap(), problem.parts(NAME, STATUS, SUFFIX, "! ")
-    head1, head2, head3 = parts["header"].replace(" [", "[").split(", ")
+def parts(problem: DeckProblem) -> dict[str, object]:
+    """The rest of the template."""
+    heads = problem.header.replace(" [", "[").split(", ")
     loads = [*(_load(body) for body in problem.bodies), "0"]
-    return _DECK.format(
-        **parts,
-        bodies="\n".join(_bodies(problem)),
-        stiffness=stiffness,
-        damping=damping,
-        gap=gap or _TOUCHING * problem.length,
-        second=_second_stop(problem),
-        wall="D,3,UX,0\n" if problem.system.wall else "",
-        integrator=INTEGRATORS[problem.integrator.name](problem.integrator),
-        start=_start(problem),
-        steps=problem.steps,
-        n=problem.method.steps,
-        load1=loads[0],
-        load2=loads[1],
-        head1=head1,
-        head2=head2,
-        head3=head3,
-    )
+    return {
+        **dict(zip(("head1", "head2", "head3"), heads, strict=True)),
+        **dict(zip(("load1", "load2"), loads, strict=False)),
+        "bodies": "\n".join(_bodies(problem)),
+        "gap": problem.gap or _TOUCHING * problem.length,
+        "second": _second_stop(problem),
+        "wall": "D,3,UX,0\n" if problem.system.wall else "",
+        "integrator": INTEGRATORS[problem.integrator.name](problem.integrator),
+        "start": _start(problem),
+    }
 
 
 def _second_stop(problem: DeckProblem) -> str:
@@ -130,7 +119,7 @@ def _second_stop(problem: DeckProblem) -> str:
     if not problem.system.two_stops:
         return ""
     stiffness, damping = problem.second_contact
-    gap = problem.second_gap() or _TOUCHING * problem.length
+    gap = problem.second_gap or _TOUCHING * problem.length
     return f"R,31,{stiffness!r},{damping!r},0,{gap!r}\nREAL,31\nE,3,2\n"
 
 

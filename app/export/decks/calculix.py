@@ -7,9 +7,9 @@ damper a nonlinear spring takes its place, SPRINGA: CalculiX then does not check
 
 from math import cos, pi, sin
 
-from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check, check_average, refuse
+from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, alpha_of, refuse
 
-NAME, SUFFIX, STATUS = "CalculiX", "inp", "end"
+NAME, SUFFIX, STATUS, COMMENT = "CalculiX", "inp", "end", "** "
 LAWS = (LINEAR,)
 INTEGRATORS = ("newmark", "hht")  # Newmark's method with alpha = 0
 MOST_STEPS = 100_000  # a table has a row for each, since its amplitudes do not repeat
@@ -18,10 +18,10 @@ _DEEP = 1e2  # depth of a block, in units of length; deeper ones leave fewer dig
 _NARROW = 0.9  # side of the slave face
 _LIGHT = 1e-13  # density of the block of the second stop over that of body 2, which has all of its mass
 
-_DECK = """\
+TEMPLATE = """\
 ** {words}
 **
-** Run it with: ccx {name}. It writes displacements with seven digits to {name}.dat; this makes a CSV file of them:
+** Run it with: ccx {p.name}. It writes displacements with seven digits to {p.name}.dat; this makes a CSV file of them:
 ** {convert}
 ** then
 **   {compare}
@@ -59,7 +59,7 @@ NODES2, 2, 3
 {step}, {end}
 *CLOAD, AMPLITUDE=LOAD1
 2, 1, 1.
-{load2}*NODE PRINT, NSET=OUT, FREQUENCY={every}
+{load2}*NODE PRINT, NSET=OUT, FREQUENCY={p.every}
 U
 *END STEP
 """
@@ -85,35 +85,31 @@ _SPRING = """\
 0., {apart}{pull}"""
 
 
-def write(problem: DeckProblem) -> str:
-    """The deck; raises ValueError for what CalculiX has not."""
-    check(problem, NAME, LAWS, INTEGRATORS, STATUS)
-    check_average(problem, NAME)
-    wall, parts = problem.system.wall, problem.parts(NAME, STATUS, SUFFIX, "** ")
+def parts(problem: DeckProblem) -> dict[str, object]:
+    """The rest of the template; raises ValueError for what CalculiX has not."""
+    alpha, wall = alpha_of(problem, NAME), problem.system.wall
     if problem.steps > MOST_STEPS:
         fewer = f"give at most {MOST_STEPS // problem.method.steps} --periods"
         raise refuse(NAME, f"{problem.steps} steps in a table of at most {MOST_STEPS} rows", fewer)
     third = problem.system.two_stops and _has_damper(problem)
-    return _DECK.format(
-        third="*ELEMENT, TYPE=C3D8, ELSET=BODY3\n103, 31, 32, 33, 34, 35, 36, 37, 38\n" if third else "",
-        behind="31, 38\n" if third else "",
-        **parts | {each: number(parts[each]) for each in ("step", "end")},
-        convert=_convert(**{each: parts[each] for each in ("name", "header", "first", "x1", "x2")}),
-        nodes="\n".join(_nodes(problem)),
-        bodies="\n".join(_bodies(problem)),
-        ties="\n".join(
-            f"2\n{first + i}, 1, 1., {node}, 1, -1."
-            for node, first in ((2, 11), (3, 21), (3, 31))[: 3 if third else 2]
-            for i in range(8)
-        ),
-        free=1 if wall else 2,
-        contact=_contact(problem),
-        start=_start(problem),
-        amplitudes="\n".join(_amplitudes(problem)),
-        most=problem.steps + 10,
-        alpha=number(getattr(problem.integrator, "alpha", 0.0)),
-        load2="" if wall else "*CLOAD, AMPLITUDE=LOAD2\n3, 1, 1.\n",
-    )
+    followed = ((2, 11), (3, 21), (3, 31))[: 3 if third else 2]
+    return {
+        "third": "*ELEMENT, TYPE=C3D8, ELSET=BODY3\n103, 31, 32, 33, 34, 35, 36, 37, 38\n" if third else "",
+        "behind": "31, 38\n" if third else "",
+        "step": number(problem.step),
+        "end": number(problem.end),
+        "convert": _convert(problem),
+        "nodes": "\n".join(_nodes(problem)),
+        "bodies": "\n".join(_bodies(problem)),
+        "ties": "\n".join(f"2\n{first + i}, 1, 1., {node}, 1, -1." for node, first in followed for i in range(8)),
+        "free": 1 if wall else 2,
+        "contact": _contact(problem),
+        "start": _start(problem),
+        "amplitudes": "\n".join(_amplitudes(problem)),
+        "most": problem.steps + 10,
+        "alpha": number(alpha),
+        "load2": "" if wall else "*CLOAD, AMPLITUDE=LOAD2\n3, 1, 1.\n",
+    }
 
 
 def number(value: float) -> str:
@@ -121,23 +117,24 @@ def number(value: float) -> str:
     return f"{value:.13E}"
 
 
-def _convert(name: str, header: str, first: float, x1: float, x2: float) -> str:
+def _convert(problem: DeckProblem) -> str:
     """A command that writes the samples to be kept."""
+    name, (x1, x2) = problem.name, problem.displacements
     return (
-        f"""awk 'BEGIN {{print "{header}"}} / time /{{t=$NF}} NF==4 && $1=="2" {{a=$2}} """
-        f"""NF==4 && $1=="3" && t>{first:.9g} {{printf "%s, %.10g, %.10g\\n", t, a+{x1!r}, $2+{x2!r}}}' """
+        f"""awk 'BEGIN {{print "{problem.header}"}} / time /{{t=$NF}} NF==4 && $1=="2" {{a=$2}} """
+        f"""NF==4 && $1=="3" && t>{problem.first:.9g} {{printf "%s, %.10g, %.10g\\n", t, a+{x1!r}, $2+{x2!r}}}' """
         f"{name}.dat > {name}.csv"
     ).replace("+-", "-")
 
 
 def _nodes(problem: DeckProblem) -> list[str]:
     """The blocks as they are at the start; the nodes that they follow, and where the dampers hold, lie in a row."""
-    side, far, gap = problem.length / 2.0, _FAR * problem.length, problem.gap()
+    side, far, gap = problem.length / 2.0, _FAR * problem.length, problem.gap
     deep = _DEEP * problem.length
     rows = [(1 + i, (2 * i - 2) * far, 0.0, 0.0) for i in range(4)]
     blocks = [(11, (-deep, 0.0), _NARROW * side), (21, (gap, gap + deep), side)]
     if problem.system.two_stops and _has_damper(problem):
-        behind = -deep - problem.second_gap()
+        behind = -deep - problem.second_gap
         blocks.append((31, (behind - deep, behind), side))
     for first, ends, half in blocks:
         corners = [(-half, -half), (half, -half), (half, half), (-half, half)]
@@ -147,7 +144,7 @@ def _nodes(problem: DeckProblem) -> list[str]:
 
 def _contact(problem: DeckProblem) -> str:
     """A contact pair; without a damper a spring, whose table goes as far as its nodes are apart."""
-    (stiffness, _), far, gap = problem.contact, _FAR * problem.length, problem.gap()
+    (stiffness, _), far, gap = problem.contact, _FAR * problem.length, problem.gap
     two = problem.system.two_stops
     if _has_damper(problem):
         pairs = [_pair(problem, "", problem.contact)]
@@ -155,7 +152,7 @@ def _contact(problem: DeckProblem) -> str:
         return "\n".join(pairs)
     apart, pull = -gap + far, ""
     if two:
-        apart = problem.second_gap()
+        apart = problem.second_gap
         pull = f"\n{number(problem.second_contact[0] * far)}, {number(apart + far)}"
     push, deep, touch = -stiffness * far, -gap - far, -gap
     return _SPRING.format(push=number(push), deep=number(deep), touch=number(touch), apart=number(apart), pull=pull)

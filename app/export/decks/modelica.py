@@ -5,10 +5,11 @@ Not run by this project. It needs no library.
 
 import re
 
-from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check, refuse
-from vibroscope.engine import NewmarkBeta
+from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, refuse
+from vibroscope.engine import NewmarkBeta, integrators
 
-NAME, SUFFIX, STATUS = "Modelica", "mo", "located"
+NAME, SUFFIX, STATUS, COMMENT = "Modelica", "mo", "located", "// "
+INTEGRATORS = integrators.INTEGRATORS  # `parts` refuses all but one in words of its own
 LAWS = {  # force while the bodies overlap, with the penetration and its rate
     LINEAR: "stiffness*depth + damping*der(depth)",
     "cut": "max(0, stiffness*depth + damping*der(depth))",
@@ -17,25 +18,25 @@ LAWS = {  # force while the bodies overlap, with the penetration and its rate
     "bilinear": "stiffness*(depth + {more!r}*max(depth - {knee!r}, 0)) + damping*der(depth)",
 }
 
-_DECK = """\
+TEMPLATE = """\
 // {words}
 // Not run by Vibroscope, which has no tool for this language: look at the first results before you trust them.
 //
 // The tool locates each contact change, as --located does. With OpenModelica:
-//   omc {name}.mos, where {name}.mos holds
-//     loadFile("{name}.mo"); simulate(TwoBodies, outputFormat="csv", variableFilter="xi1|xi2");
+//   omc {p.name}.mos, where {p.name}.mos holds
+//     loadFile("{p.name}.mo"); simulate(TwoBodies, outputFormat="csv", variableFilter="xi1|xi2");
 // and this makes a CSV file of its result:
-//   awk -F, 'NR==1 {{print "{header}"}} NR>1 && $1>{first!r} && $1>t {{print $1", "$2", "$3; t=$1}}' \\
-//     TwoBodies_res.csv > {name}.csv
+//   awk -F, 'NR==1 {{print "{p.header}"}} NR>1 && $1>{p.first!r} && $1>t {{print $1", "$2", "$3; t=$1}}' \\
+//     TwoBodies_res.csv > {p.name}.csv
 // then
 //   {compare}
 model TwoBodies "Displacements relative to the base"
-  parameter Real stiffness = {stiffness!r} "of the contact";
-  parameter Real damping = {damping!r} "of the contact, force per speed";
-  parameter Real clearance = {clearance!r} "gap where both springs are relaxed";
-  parameter Real Omega = {frequency!r} "angular frequency of the excitation";
+  parameter Real stiffness = {p.contact[0]!r} "of the contact";
+  parameter Real damping = {p.contact[1]!r} "of the contact, force per speed";
+  parameter Real clearance = {p.clearance!r} "gap where both springs are relaxed";
+  parameter Real Omega = {p.angular_frequency!r} "angular frequency of the excitation";
   Real xi1(start = {x1!r}, fixed = true);
-  Real v1(start = {v1!r}, fixed = true);
+  Real v1(start = {p.bodies[0].velocity!r}, fixed = true);
   {second}
   Real depth "penetration";{second_depth}
   Real force "of the contact, pushing where it is positive";
@@ -45,17 +46,15 @@ equation
   v1 = der(xi1);
   {motion1}
   {motion2}
-  annotation(experiment(StartTime = 0, StopTime = {end!r}, Interval = {interval!r}, Tolerance = 1e-10));
+  annotation(experiment(StartTime = 0, StopTime = {p.end!r}, Interval = {interval!r}, Tolerance = 1e-10));
 end TwoBodies;
 """
 
 
-def write(problem: DeckProblem) -> str:
-    """The model; raises ValueError for what it has not."""
+def parts(problem: DeckProblem) -> dict[str, object]:
+    """The rest of the template; raises ValueError for what it has not."""
     if problem.integrator != NewmarkBeta():
         raise refuse(NAME, "the integrator", "its tools choose their own; leave Newmark's with beta 1/4, gamma 1/2")
-    check(problem, NAME, tuple(LAWS), (NewmarkBeta.name,), STATUS)
-    stiffness, damping = problem.contact
     one, *others = problem.bodies
     second, motion2 = 'parameter Real xi2 = 0 "the wall";', ""
     if others:
@@ -72,21 +71,15 @@ def write(problem: DeckProblem) -> str:
         second_depth += f'\n  parameter Real clearance2 = {problem.second_clearance!r} "of the second stop";'
         law2 = re.sub("stiffness|damping|depth", r"\g<0>2", law)
         second_force = f" - (if depth2 >= 0 then {law2} else 0)"
-    return _DECK.format(
-        **problem.parts(NAME, STATUS, SUFFIX, "// "),
-        stiffness=stiffness,
-        damping=damping,
-        clearance=problem.clearance,
-        frequency=problem.angular_frequency,
-        v1=one.velocity,
-        second=second,
-        law=law,
-        second_depth=second_depth,
-        second_force=second_force,
-        motion1=_motion(1, one, "- force"),
-        motion2=motion2,
-        interval=problem.every * problem.step,
-    )
+    return {
+        "second": second,
+        "law": law,
+        "second_depth": second_depth,
+        "second_force": second_force,
+        "motion1": _motion(1, one, "- force"),
+        "motion2": motion2,
+        "interval": problem.every * problem.step,
+    }
 
 
 def _numbers(problem: DeckProblem) -> dict[str, float]:

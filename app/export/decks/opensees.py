@@ -1,9 +1,9 @@
 """A deck for OpenSeesPy: a script that runs, and writes its displacements as CSV."""
 
-from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, check, refuse
+from vibroscope.app.export.decks.problem import LINEAR, DeckProblem, refuse
 from vibroscope.engine.law_table import RATIO_LAWS, critical_damping, damper_of
 
-NAME, SUFFIX, STATUS = "OpenSeesPy", "py", "end"
+NAME, SUFFIX, STATUS, COMMENT = "OpenSeesPy", "py", "end", ""
 LAWS = (LINEAR, *RATIO_LAWS, "jankowski")  # Hertzdamp has those whose damper is a factor of the spring's force
 INTEGRATORS = {  # ours: theirs; all take forces and contact at the interpolated displacement
     "newmark": lambda i: f'"Newmark", {i.gamma!r}, {i.beta!r}',
@@ -20,7 +20,7 @@ _REMARKS = {
 TOLERANCE = 1e-12  # of an iteration's displacement, in units of length; rounding stops smaller ones
 _TOUCHING = 1e-300  # the material takes no gap of zero
 
-_DECK = '''"""{words}
+TEMPLATE = '''"""{words}
 
 Run it with Python (pip install openseespy; on Debian also libblas3 and liblapack3). It writes a CSV file; then
 
@@ -37,9 +37,9 @@ from pathlib import Path
 
 import openseespy.opensees as ops
 
-PERIOD, STEPS, PERIODS, KEEP = {period!r}, {steps}, {periods}, {keep}  # STEPS: per period
+PERIOD, STEPS, PERIODS, KEEP = {p.period!r}, {p.method.steps}, {p.periods}, {p.keep}  # STEPS: per period
 SUBSTEPS = {substeps}  # analysis steps of each
-EVERY = {every}  # steps from one sample to the next
+EVERY = {p.every}  # steps from one sample to the next
 TOLERANCE = {tolerance!r}  # of the displacements in an iteration
 ALGORITHMS = {algorithms}  # the tangent of the contact leaves out its damper, so that Newton's may cycle
 SHIFT = {shift!r}  # of body 1, by which a preload becomes a gap of zero
@@ -100,38 +100,32 @@ for step in range(PERIODS * STEPS):
 else:
     sample(PERIODS * STEPS)
 
-lines = ["{header}", *(", ".join(map(repr, row)) for row in rows)]
+lines = ["{p.header}", *(", ".join(map(repr, row)) for row in rows)]
 Path(__file__).with_suffix(".csv").write_text("\\n".join(lines) + "\\n")
 sys.exit(fault)
 '''
 
 
-def write(problem: DeckProblem) -> str:
-    """The script; raises ValueError for what OpenSees has not."""
-    check(problem, NAME, LAWS, tuple(INTEGRATORS), STATUS)
+def parts(problem: DeckProblem) -> dict[str, object]:
+    """The rest of the template; raises ValueError for what OpenSees has not."""
     name, shift = problem.integrator.name, max(0.0, -problem.clearance)
     if problem.system.two_stops and not problem.method.linear:
         raise refuse(NAME, f"law = {problem.method.law!r} at two stops", f"this deck has {LINEAR} there")
     if problem.system.two_stops:
         shift = shift or min(0.0, problem.second_clearance)
-    return _DECK.format(
-        **problem.parts(NAME, STATUS, SUFFIX, "") | {"compare": "\n    ".join(problem.compare(STATUS, SUFFIX))},
-        period=problem.period,
-        steps=problem.method.steps,
-        periods=problem.periods,
-        keep=problem.keep,
-        substeps=2 if name == "tr-bdf2" else 1,
-        tolerance=TOLERANCE * problem.length,
-        shift=shift,
-        algorithms='("Newton",)' if name == "tr-bdf2" else '("Newton", "KrylovNewton")',  # a half cannot be repeated
-        bodies="\n".join(_bodies(problem)),
-        contact=_contact(problem, shift),
-        second=_second_stop(problem, shift),
-        loads="\n".join(_loads(problem, shift)),
-        start="\n".join(_start(problem, shift)),
-        integrator=INTEGRATORS[name](problem.integrator),
-        remark=_REMARKS[name],
-    )
+    return {
+        "substeps": 2 if name == "tr-bdf2" else 1,
+        "tolerance": TOLERANCE * problem.length,
+        "shift": shift,
+        "algorithms": '("Newton",)' if name == "tr-bdf2" else '("Newton", "KrylovNewton")',  # a half cannot be repeated
+        "bodies": "\n".join(_bodies(problem)),
+        "contact": _contact(problem, shift),
+        "second": _second_stop(problem, shift),
+        "loads": "\n".join(_loads(problem, shift)),
+        "start": "\n".join(_start(problem, shift)),
+        "integrator": INTEGRATORS[name](problem.integrator),
+        "remark": _REMARKS[name],
+    }
 
 
 def _bodies(problem: DeckProblem) -> list[str]:
@@ -153,7 +147,7 @@ def _contact(problem: DeckProblem, shift: float) -> str:
     if method.linear:
         stiffness, damping = problem.contact
         return f'ops.uniaxialMaterial("ViscoelasticGap", 3, {stiffness!r}, {damping!r}, {gap!r})'
-    if problem.gap() < 0.0:
+    if problem.gap < 0.0:
         raise refuse(NAME, "a start with overlap for this law", "give a start at which the bodies are apart")
     damper, by_speed = damper_of(system, method)
     power = method.spring_exponent

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
+from types import ModuleType
 from typing import NamedTuple
 
 from vibroscope.app.export.scripts import initial_option, penalty_options, system_file_text
@@ -131,9 +132,14 @@ class DeckProblem:
         return self.periods * self.method.steps
 
     @property
-    def first(self) -> int:
-        """The step that the first sample to be kept belongs to."""
-        return (self.periods - self.keep) * self.method.steps
+    def first(self) -> float:
+        """The time from which on samples are kept: half a step before the first of them."""
+        return (self.periods - self.keep) * self.method.steps * self.step - 0.5 * self.step
+
+    @property
+    def end(self) -> float:
+        """The time at which the run ends."""
+        return self.periods * self.period
 
     @property
     def length(self) -> float:
@@ -156,6 +162,11 @@ class DeckProblem:
     def start(self) -> tuple[float, float, float, float]:
         """ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0, without dimension."""
         return self.initial or self.system.rest
+
+    @property
+    def displacements(self) -> tuple[float, float]:
+        """Those of both bodies at the start."""
+        return tuple(self.scale.physical("displacement", self.start[place]) for place in (0, 2))
 
     @cached_property
     def bodies(self) -> tuple[Body, ...]:
@@ -187,23 +198,25 @@ class DeckProblem:
         """By how much the bodies move apart, from where both springs are relaxed, until they meet the second stop."""
         return self.scale.physical("displacement", self.system.clearance2)
 
+    @property
     def gap(self) -> float:
         """The gap at the start."""
         return self.scale.physical("displacement", self.system.gap(self.start[0], self.start[2]))
 
+    @property
     def second_gap(self) -> float:
         """The gap of the second stop at the start."""
-        return self.clearance + self.second_clearance - self.gap()
+        return self.clearance + self.second_clearance - self.gap
 
     def accelerations(self) -> tuple[float, ...]:
         """Accelerations of the bodies at the start, by the equations of motion, or zero if the method says so."""
         if self.method.initial_acceleration == "zero":
             return (0.0,) * len(self.bodies)
-        gap, push, speeds = self.gap(), 0.0, [*(body.velocity for body in self.bodies), 0.0]
+        gap, push, speeds = self.gap, 0.0, [*(body.velocity for body in self.bodies), 0.0]
         if gap <= 0.0 and self.method.linear:  # another one is zero at touch
             k, c = self.contact
             push = -k * gap - c * (speeds[1] - speeds[0])
-        elif self.system.two_stops and (gap := self.second_gap()) <= 0.0 and self.method.linear:
+        elif self.system.two_stops and (gap := self.second_gap) <= 0.0 and self.method.linear:
             k, c = self.second_contact
             push = k * gap - c * (speeds[1] - speeds[0])
         own = [
@@ -232,8 +245,8 @@ class DeckProblem:
         time, length = ("-", "-") if self.units is None else (self.scale.unit("time"), self.scale.unit("displacement"))
         return f"time [{time}], xi1 [{length}], xi2 [{length}]"
 
-    def words(self, code: str, status: str = "located") -> list[str]:
-        """The first lines of a deck, which describe it, in ASCII; ``status``: where the code takes it from."""
+    def words(self, code: ModuleType) -> list[str]:
+        """The first lines of the deck of a code, which describe it, in ASCII."""
         method, system = self.method, self.system
         bodies = "A body and a wall" if system.wall else "Two bodies"
         damper = "D from the restitution" if method.damping is None else f"D = {method.damping!r}"
@@ -244,26 +257,20 @@ class DeckProblem:
             else f"Units: {', '.join(units.unit(name) for name in ('time', 'displacement', 'mass', 'force'))}."
         )
         return [
-            f"{bodies} that may touch, for {code}. Written by Vibroscope {version('vibroscope')}.",
+            f"{bodies} that may touch, for {code.NAME}. Written by Vibroscope {version('vibroscope')}.",
             f"eta = {self.eta!r}, K = {method.stiffness!r}, {damper}, {method.steps} steps per period, "
             f"contact law {method.law}.",
             counted,
             "Displacements are relative to the base, whose motion acts as forces on the masses.",
-            *self._warning(status),
+            *self._warning(code.STATUS),
         ]
 
-    def parts(self, code: str, status: str, suffix: str, comment: str) -> dict[str, object]:
-        """What the templates of all decks have: words in lines that begin with ``comment``, and numbers.
-
-        ``first`` is the time from which on samples are kept, and ``x1`` and ``x2`` are the displacements at the start.
-        """
-        x1, x2 = (self.scale.physical("displacement", self.start[place]) for place in (0, 2))
-        return {
-            "words": f"\n{comment}".join(self.words(code, status)),
-            "compare": f"\n{comment}  ".join(self.compare(status, suffix)),
-            **{"name": self.name, "header": self.header, "every": self.every, "x1": x1, "x2": x2},
-            **{"step": self.step, "first": self.first * self.step - 0.5 * self.step, "end": self.periods * self.period},
-        }
+    def parts(self, code: ModuleType) -> dict[str, object]:
+        """What the templates of all decks have: ``p``, this problem, words in comments, and x₁ and x₂ at the start."""
+        words = f"\n{code.COMMENT}".join(self.words(code))
+        compare = f"\n{code.COMMENT or '  '}  ".join(self.compare(code))  # a docstring has no marks of comments
+        x1, x2 = self.displacements
+        return {"p": self, "words": words, "compare": compare, "x1": x1, "x2": x2}
 
     def _stepping(self, status: str) -> TimeStepping:
         """The method with the contact status of a code."""
@@ -280,52 +287,42 @@ class DeckProblem:
             return []
         return [f"WARNING: with the contact status of this code {run.message.what}: it cuts the step, or stops there."]
 
-    def compare(self, status: str, suffix: str) -> list[str]:
-        """The lines of a deck with the commands that lay the result over ours.
+    def compare(self, code: ModuleType) -> list[str]:
+        """The lines of the deck of a code with the commands that lay the result over ours.
 
-        The system file that they need stands in the deck itself, in lines that begin with a bar. ``status`` and
-        ``suffix``: the contact status of the code, and that of the deck's file.
+        The system file that they need stands in the deck itself, in lines that begin with a bar.
         """
-        found, lines = self._stepping(status), []
+        found, lines = self._stepping(code.STATUS), []
         options = f"--eta {print_number(self.eta)}{penalty_options(found)}{initial_option(self.initial)}"
         if text := system_file_text(self.system, self.units):
             lines = [f"| {line}" for line in text.split("\n")]
-            lines.append(f"sed -n 's,^[*!/ ]*| ,,p' {self.name}.{suffix} > {self.name}.toml")
+            lines.append(f"sed -n 's,^[*!/ ]*| ,,p' {self.name}.{code.SUFFIX} > {self.name}.toml")
             options += f" --system {self.name}.toml"
         options += "" if self.units is None else f" --units {self.units.system}"
         return [*lines, f"vibroscope compare --measured {self.name}.csv {options}"]
 
 
 def refuse(code: str, what: str, advice: str) -> ValueError:
-    """The error for what a code cannot express."""
+    """The error for what a code of this name cannot express."""
     return ValueError(f"{code} cannot express {what}: {advice}")
 
 
-def check_average(problem: DeckProblem, code: str) -> None:
-    """Raise ValueError for another method of Newmark than that of the average acceleration."""
+def alpha_of(problem: DeckProblem, code: str) -> float:
+    """α of HHT, 0 of the average acceleration; raises ValueError for other numbers of Newmark's method."""
     integrator = problem.integrator
     if integrator.name == "newmark" and (integrator.beta, integrator.gamma) != (0.25, 0.5):
         raise refuse(code, "other numbers of Newmark's method", "leave out --beta and --gamma, or take hht")
+    return getattr(integrator, "alpha", 0.0)
 
 
-def check(problem: DeckProblem, code: str, laws: tuple[str, ...], integrators: tuple[str, ...], status: str) -> None:
-    """Raise ValueError, in one line, for what a code cannot express.
-
-    Parameters
-    ----------
-    code : str
-        Its name in words.
-    laws, integrators : tuple of str
-        Those that it has.
-    status : str
-        Where it takes the contact status from, as in :class:`TimeStepping`, or "located".
-    """
+def check(problem: DeckProblem, code: ModuleType) -> None:
+    """Raise ValueError, in one line, for a law, an integrator or a contact status that a code does not have."""
     law, name = problem.method.law, problem.integrator.name
-    if law not in laws:
-        raise refuse(code, f"law = {law!r}", f"this deck has {', '.join(laws)}")
-    if name not in integrators:
-        raise refuse(code, f"integrator = {name!r}", f"this deck has {', '.join(integrators)}")
-    if problem.status not in (None, status):
-        raise refuse(code, f"status = {problem.status!r}", f"it has {status!r}; give that, or none")
-    if problem.method.without_solution != "stop":
-        raise refuse(code, f"without_solution = {problem.method.without_solution!r}", "the deck's step is constant")
+    if law not in code.LAWS:
+        raise refuse(code.NAME, f"law = {law!r}", f"this deck has {', '.join(code.LAWS)}")
+    if name not in code.INTEGRATORS:
+        raise refuse(code.NAME, f"integrator = {name!r}", f"this deck has {', '.join(code.INTEGRATORS)}")
+    if problem.status not in (None, code.STATUS):
+        raise refuse(code.NAME, f"status = {problem.status!r}", f"it has {code.STATUS!r}; give that, or none")
+    if (without := problem.method.without_solution) != "stop":
+        raise refuse(code.NAME, f"without_solution = {without!r}", "the deck's step is constant")
