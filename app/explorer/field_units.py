@@ -108,10 +108,10 @@ def shown_field(name: str, setting: Setting) -> ShownField:
     return ShownField(label, hint, setting.scale.unit(quantity), factor, typed)
 
 
-def beside_field(setting: Setting, label: str, hint: str, quantity: str, natural: str) -> ShownField:
-    """How a number beside those of the setting is shown; ``natural``: what one of it is without units."""
+def beside_field(setting: Setting, label: str, hint: str, quantity: str, natural: str = "") -> ShownField:
+    """How a number beside those of the setting is shown; ``natural``: what one of it is without units, if known."""
     if setting.scale is None:
-        return ShownField(label, hint, "", 1.0, {"": 1.0}, natural)
+        return ShownField(label, hint, "", 1.0, {"": 1.0}, natural or unit_of(quantity, setting))
     factor, one = setting.scale.factor(quantity), setting.own_units.factor(quantity)
     return ShownField(label, hint, setting.scale.unit(quantity), factor, {"": 1 / factor, **sizes(quantity, one)})
 

@@ -98,6 +98,48 @@ def print_address(setting: Setting, view: str = "", pins: Sequence[Setting] = ()
 # ---- the state of a view: text → object -----------------------------------------------------------------------------
 
 
+class ViewChoice(NamedTuple):
+    """What can be chosen in a view: one of some values, a number, or a text of any words.
+
+    Attributes
+    ----------
+    name, label : str
+        In an address, and beside its list or its field.
+    first : str, float or None
+        What is chosen at first; an int of a whole number. None: the field is empty then, and may be emptied again.
+    words : mapping of str to str
+        What can be chosen, in words; empty for a number and for a text.
+    bounds : tuple of float
+        Smallest and largest number; empty for a text.
+    hint, quantity, natural : str
+        Of a number with a unit: what it is, the quantity, and what one of it is where numbers have no dimension.
+    when : mapping of str to str
+        The other choices with which it has an effect.
+    of_body_2 : tuple of str
+        The values that a wall does not have; of a number that it does not have, its name.
+    linked, shown : bool
+        Whether it stands in an address, and in the panel.
+    """
+
+    name: str
+    label: str
+    first: str | float | None
+    words: Mapping[str, str] = {}
+    bounds: Span | tuple[()] = ()
+    hint: str = ""
+    quantity: str = ""
+    natural: str = ""
+    when: Mapping[str, str] = {}
+    of_body_2: tuple[str, ...] = ()
+    linked: bool = True
+    shown: bool = True
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is a whole number."""
+        return isinstance(self.first, int)
+
+
 class View(NamedTuple):
     """The state of a view: ends of the zoomed axes, choices other than the default, muted legend entries by figure."""
 
@@ -107,7 +149,12 @@ class View(NamedTuple):
 
 
 def read_view(
-    zoom: str, choice: str, mute: str, axes: Mapping[str, Span], spec: Mapping, legends: Mapping[str, Sequence[str]]
+    zoom: str,
+    choice: str,
+    mute: str,
+    axes: Mapping[str, Span],
+    choices: Sequence[ViewChoice],
+    legends: Mapping[str, Sequence[str]],
 ) -> View:
     """The view that an address holds; raises `Refused` at the first fault.
 
@@ -117,21 +164,14 @@ def read_view(
         As they are in the address.
     axes : mapping of str to Span
         Limits of the ends of each axis of the view.
-    spec : mapping
-        ``switches`` (name, choices), ``limits`` (name, low, high) and ``numbers`` (name, low, high, whole; those with
-        ``linked`` false do not stand in an address) of the view.
+    choices : sequence of ViewChoice
+        Of the view.
     legends : mapping of str to sequence of str
         Names of the legend entries of each figure of the view that has a legend.
     """
     spans = {name: _read_span(name, text, axes[name]) for name, text in _parts("zoom", zoom, axes)}
-    rules = {switch["name"]: list(switch["choices"]) for switch in spec.get("switches", [])}
-    rules |= {limit["name"]: (limit["low"], limit["high"]) for limit in spec.get("limits", [])}
-    rules |= {
-        number["name"]: (number["low"], number["high"], number["whole"])
-        for number in spec.get("numbers", [])
-        if number.get("linked", True)
-    }
-    chosen = {name: _read_choice(name, text, rules[name]) for name, text in _parts("choice", choice, rules)}
+    linked = {each.name: each for each in choices if each.linked}
+    chosen = {name: _read_choice(text, linked[name]) for name, text in _parts("choice", choice, linked)}
     muted = {figure: _read_muted(figure, text, legends[figure]) for figure, text in _parts("mute", mute, legends)}
     return View(spans, chosen, muted)
 
@@ -160,11 +200,10 @@ def _read_span(name: str, text: str, limits: Span) -> Span:
     return low, high
 
 
-def _read_choice(name: str, text: str, rule: list[str] | tuple) -> str | int | float:
-    if isinstance(rule, list):
-        return read_choice(name, text, rule)
-    low, high, whole = (*rule, True)[:3]
-    return read_number(name, text, (low, high), whole=whole)
+def _read_choice(text: str, choice: ViewChoice) -> str | int | float:
+    if choice.words:
+        return read_choice(choice.name, text, list(choice.words))
+    return read_number(choice.name, text, choice.bounds, choice.whole)
 
 
 def _read_muted(figure: str, text: str, entries: Sequence[str]) -> list[str]:

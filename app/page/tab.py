@@ -10,7 +10,7 @@ from typing import ClassVar, NamedTuple, Protocol
 
 import panel as pn
 from bokeh.document import Document
-from vibroscope.app.explorer.link import Span, View, print_choice, print_mute, print_zoom, read_view
+from vibroscope.app.explorer.link import Span, View, ViewChoice, print_choice, print_mute, print_zoom, read_view
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.drawing import Drawing
 from vibroscope.app.export.formats import Figure, Series
@@ -92,11 +92,6 @@ def on_loop(host: TabHost, take: Callable[[Job, object], None]) -> Callable[[Job
     return deliver
 
 
-def number(name: str, label: str, bounds: tuple[float, float], *, whole: bool = False, **more) -> dict[str, object]:
-    """A number of `TabView.spec`: name, symbol, bounds, and ``more`` of what `StudyPanel.spec` says."""
-    return {"name": name, "label": label, "low": bounds[0], "high": bounds[1], "whole": whole, **more}
-
-
 class TabView(ABC):
     """One view of a tab, of one session."""
 
@@ -107,6 +102,12 @@ class TabView(ABC):
     motions: ClassVar[bool] = False  # whether it draws motions; the controls then offer how to draw them
     axes: ClassVar[Mapping[str, Span]] = {}  # that a link may zoom: limits of their ends
     legends: ClassVar[Mapping[str, Sequence[str]]] = {}  # by figure: names of the entries in a link, in their order
+    choices: ClassVar[Sequence[ViewChoice]] = ()
+    chosen: ClassVar[Mapping[str, str | float | None]] = {}  # at first, of the ``choices`` in both panel and link
+
+    def __init_subclass__(cls, **options) -> None:
+        super().__init_subclass__(**options)
+        cls.chosen = {each.name: each.first for each in cls.choices if each.shown and each.linked}
 
     def __init__(self, host: TabHost) -> None:
         self.host = host
@@ -143,19 +144,9 @@ class TabView(ABC):
     # -- how it is viewed, see `app.explorer.link` ---------------------------------------------
 
     @classmethod
-    def spec(cls) -> dict:
-        """Choices of the view: ``switches`` (name, label, choices) and ``limits`` (name, label, low, high)."""
-        return {}
-
-    @classmethod
-    def link_spec(cls) -> dict:
-        """Choices that a link may hold."""
-        return cls.spec()
-
-    @classmethod
     def read_view(cls, zoom: str, choice: str, mute: str) -> View:
         """What an address holds of the view, before it is built; raises `Refused`."""
-        return read_view(zoom, choice, mute, cls.axes, cls.link_spec(), cls.legends)
+        return read_view(zoom, choice, mute, cls.axes, cls.choices, cls.legends)
 
     def restore(self, view: View) -> None:
         """Restore a view; called after `build`, before the first `show`."""

@@ -79,12 +79,8 @@ class Impacts(StudyView):
     title = "Impacts"
     grow = staticmethod(grow_impacts)
     drawn = ImpactView
+    hint = "One dot for each impact of the reference."
     pictures = (Figure("impacts", "Impacts", "Closing speed of each impact over its instant in the period."),)
-
-    @classmethod
-    def spec(cls) -> dict:
-        """Nothing to choose."""
-        return {"hint": "One dot for each impact of the reference."}
 
     def obstacle(self, setting: Setting) -> str:
         """Where nothing drives the bodies nothing moves."""

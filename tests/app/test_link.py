@@ -13,6 +13,7 @@ from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.link import (
     LINEAR,
     LOGARITHMIC,
+    ViewChoice,
     print_address,
     print_choice,
     print_mute,
@@ -33,10 +34,10 @@ from tests.app.test_study_tab import opened  # noqa: F401 - a fixture
 
 SETTING = Setting()
 AXES = {"time": LINEAR, "x1": LINEAR, "K": LOGARITHMIC}
-SPEC = {
-    "switches": [{"name": "quantity", "choices": {"period": "period", "error": "error"}}],
-    "limits": [{"name": "limit", "low": 2, "high": 200}],
-}
+CHOICES = (
+    ViewChoice("quantity", "Colour", "period", {"period": "period", "error": "error"}),
+    ViewChoice("limit", "Limit", 30, bounds=(2, 200)),
+)
 LEGENDS = {"phase1": ("reference", "penalty", "pinned"), "force": ("reference", "penalty")}
 spans = st.tuples(st.floats(*LINEAR), st.floats(*LINEAR)) | st.tuples(st.floats(), st.floats())
 zooms = st.dictionaries(st.sampled_from(list(AXES)), spans)
@@ -64,7 +65,7 @@ def test_rounded_ends_are_more_precise_than_a_pixel_of_a_linear_and_of_a_logarit
 
 @given(settings, settings, st.sampled_from(list(VIEWS)), st.sampled_from(["", *THEMES]), st.data())
 def test_an_address_restores_setting_tab_view_pin_and_theme(setting, pinned, tab, theme, data):
-    axes, usual = VIEWS[tab].axes, getattr(VIEWS[tab], "chosen", {})
+    axes, usual = VIEWS[tab].axes, VIEWS[tab].chosen
     zoom = data.draw(st.dictionaries(st.sampled_from(list(axes)), spans)) if axes else {}
     choice = {"quantity": "period", "limit": 40} if tab == "plane" else usual
     choice = {name: value for name, value in choice.items() if value is not None}  # an empty field is no choice
@@ -96,7 +97,7 @@ def test_every_text_is_read_or_refused(tab, zoom, choice, mute, theme):
         return
     for name, (low, high) in asked.state.zoom.items():
         assert VIEWS[tab].axes[name][0] <= low < high <= VIEWS[tab].axes[name][1]
-    assert asked.state.choice.keys() <= getattr(VIEWS[tab], "chosen", {}).keys()
+    assert asked.state.choice.keys() <= VIEWS[tab].chosen.keys()
     assert all(set(names) <= set(VIEWS[tab].legends[figure]) for figure, names in asked.state.mute.items())
     assert asked.theme in ("", *THEMES)
 
@@ -125,7 +126,7 @@ def test_every_text_is_read_or_refused(tab, zoom, choice, mute, theme):
 )
 def test_a_zoom_that_makes_no_sense_is_refused_in_words(zoom, word):
     with pytest.raises(Refused, match=word):
-        read_view(zoom, "", "", AXES, SPEC, LEGENDS)
+        read_view(zoom, "", "", AXES, CHOICES, LEGENDS)
 
 
 @pytest.mark.parametrize(
@@ -133,7 +134,7 @@ def test_a_zoom_that_makes_no_sense_is_refused_in_words(zoom, word):
 )
 def test_a_choice_that_is_not_offered_is_refused(choice):
     with pytest.raises(Refused):
-        read_view("", choice, "", AXES, SPEC, LEGENDS)
+        read_view("", choice, "", AXES, CHOICES, LEGENDS)
 
 
 @pytest.mark.parametrize(
@@ -151,7 +152,7 @@ def test_a_choice_that_is_not_offered_is_refused(choice):
 )
 def test_an_unknown_legend_entry_is_refused_in_words(mute, word):
     with pytest.raises(Refused, match=word):
-        read_view("", "", mute, AXES, SPEC, LEGENDS)
+        read_view("", "", mute, AXES, CHOICES, LEGENDS)
 
 
 @pytest.mark.parametrize("theme", ["auto", "Dark", "dark ", "0", "²"])

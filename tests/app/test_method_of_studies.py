@@ -142,7 +142,7 @@ def test_words_and_script_of_a_measurement_name_what_is_set(few, capsys):
     assert lines["Penalty solution"].endswith("contact law Hunt–Crossley.")
     assert "in which this law is solved for" in lines["What an FE code pays"]
     assert "Steps are cut" in lines["With the step cut where contact changes"]
-    assert "closed form" not in f"{lines} {Speed.spec()}".lower()
+    assert "closed form" not in f"{lines} {Speed.hint}".lower()
     exec(speed_python(Speed.question(None, HHT_END)), {})
     assert "located 200 " in capsys.readouterr().out
     located = HHT_END._replace(located="yes", status="start")

@@ -126,7 +126,7 @@ def test_the_data_of_a_study_are_taken_away(opened, monkeypatch, tmp_path):
 def test_a_forged_choice_changes_nothing(opened, asked):
     tab, _ = opened(Plane)
     assert tab.panel.allowed(asked) == {"quantity": "error", "limit": 30, "curves": "off"}
-    changed = {"quantity": "period", "limit": 12.0, "curves": "on"}
+    changed = {"quantity": "period", "limit": "12", "curves": "on"}
     assert tab.panel.allowed(changed) == {"quantity": "period", "limit": 12, "curves": "on"}
 
 

@@ -52,7 +52,6 @@ class Walk:
             each["name"]: self.draw.choice([one for one in each["choices"] if one not in away.get(each["name"], ())])
             for each in spec["switches"]
         }
-        wanted |= {each["name"]: self.draw.randint(each["low"], each["high"]) for each in spec["limits"]}
         if wanted:
             name = self.draw.choice(list(wanted))
             self.tab.panel.receive({"choose": {name: wanted[name]}})

@@ -22,9 +22,7 @@ MESSAGE_KEYS = (
 )
 FILES = ("toml", "python", "command", "json", "report", "csv:time", "csv:", "png:force?dpi=1e9", "svg:phase1?time=9")
 AXES = sorted({name for tab in VIEWS.values() for name in tab.axes})
-SWITCHES = [switch for tab in VIEWS.values() for switch in tab.spec().get("switches", [])]
-LIMITS = [limit for tab in VIEWS.values() for limit in tab.spec().get("limits", [])]
-CHOICES = [*((s["name"], value) for s in SWITCHES for value in s["choices"]), *((one["name"], "3") for one in LIMITS)]
+CHOICES = [(each.name, value) for tab in VIEWS.values() for each in tab.choices for value in each.words or ("3",)]
 SELECTORS = {name: list(field.choices) for name, field in FIELDS.items() if field.choices}
 LEGENDS = [legend for tab in VIEWS.values() for legend in tab.legends.items()]
 

@@ -93,7 +93,9 @@ def test_the_plane_follows_the_limit_of_steps_and_the_quantity(kept):
     explorer.page.get_by_role("combobox", name="Colour").select_option("contact")
     key = panel(explorer).locator(".key")
     wait_until(lambda: "fewer than 30 steps" in key.text_content())
-    explorer.page.get_by_label("Short contact below").fill("50")
+    limit = explorer.page.get_by_label("Short contact below")
+    limit.fill("50")
+    limit.press("Enter")
     wait_until(lambda: "fewer than 50 steps" in key.text_content())
     assert "longest contact" in explorer.figure("plane_penalty")["title"]
 

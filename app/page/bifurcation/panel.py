@@ -9,12 +9,11 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.app.explorer.link import LINEAR
+from vibroscope.app.explorer.link import LINEAR, ViewChoice
 from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import branch_command, initial_option, method_options, sweep_command, sweep_python
-from vibroscope.app.page.tab import number
-from vibroscope.app.studies.bifurcation import SAMPLE, DiagramQuestion, PartialDiagram
+from vibroscope.app.studies.bifurcation import COUNT, SAMPLE, TRANSIENT, DiagramQuestion, PartialDiagram
 from vibroscope.app.studies.branches import BranchesQuestion
 from vibroscope.engine import COORDINATES
 from vibroscope.engine.facts import Statement, equation, span, stated
@@ -153,12 +152,6 @@ def linked_motion(choice: Mapping[str, float]) -> Followed | None:
     return None if eta is None else Followed(eta, tuple(number or 0.0 for number in state))
 
 
-def link_numbers() -> list[dict]:
-    """Names and bounds of the numbers in a link."""
-    bounds = [FIELDS["eta"].bounds, *[LINEAR] * len(START_FIELDS)]
-    return [number(name, "", ends) for name, ends in zip(_NAMES, bounds, strict=True)]
-
-
 def without_motion(choice: Mapping[str, str | float]) -> dict[str, str | float]:
     """The choices of a link that the panel has, too."""
     return {name: value for name, value in choice.items() if name not in _NAMES}
@@ -221,46 +214,47 @@ _BRANCHES = {"off": "not shown", "on": "of the diagram", "both": "reference and 
 _SOLVERS = {"reference": "reference", "exact": "exact penalty", "newmark": "penalty with a time step"}
 
 
-def panel_spec() -> dict:
-    """Switches, numbers, title and hint of the panel, and the line that can be dragged."""
-    return {
-        "title": "Bifurcation diagram",
-        "aligned": ["bifurcation", "bifurcation_strip"],
-        "switches": [
-            {"name": "over", "label": "Swept", "choices": {name: swept.choice for name, swept in SWEPT.items()}},
-            {"name": "solver", "label": "Solver", "choices": _SOLVERS},
-            {"name": "direction", "label": "Start", "choices": DIRECTION_NAMES},
-            {"name": "coordinate", "label": "Coordinate", "choices": _COORDINATES},
-            {"name": "branches", "label": "Branches", "choices": _BRANCHES},
-        ],
-        "numbers": [
-            number("from", "From", LINEAR, linked=False),
-            number("to", "To", LINEAR, linked=False),
-            number("count", "Values", (2, MOST_VALUES), whole=True),
-            number("transient", "Transient (periods)", (0, MOST_TRANSIENT), whole=True),
-            *(
-                number(name, FIELDS[name].label, FIELDS[name].bounds, when={"direction": "own"})
-                for name in START_FIELDS
-            ),
-        ],
-        "hint": "Drag the line, click, or use the slider to set the swept number. A zoom is computed anew at its "
-        "own range. Hollow points are a periodic motion that the time step blurs. In grey, once computed: the other "
-        "direction (motions coexist where they differ), or the reference. Branches are solid where they are "
-        "stable, dashed where they are not; a click on one opens that motion in Explore.",
-        "cursor": {
-            "figure": "bifurcation",
-            "span": "bifurcation_cursor",
-            "label": "bifurcation_label",
-            "by": "over",
-            "swept": {
-                name: {
-                    "name": name,
-                    "symbol": swept.symbol,
-                    "low": swept.bounds[0],
-                    "high": swept.bounds[1],
-                    "parts": swept.parts,
-                }
-                for name, swept in SWEPT.items()
-            },
-        },
-    }
+_FOLLOWED = zip(_NAMES, (FIELDS["eta"].bounds, *[LINEAR] * len(START_FIELDS)), strict=True)
+CHOICES = (
+    ViewChoice("over", "Swept", "eta", {name: swept.choice for name, swept in SWEPT.items()}),
+    ViewChoice("solver", "Solver", "reference", _SOLVERS),
+    ViewChoice("direction", "Start", "rest", DIRECTION_NAMES),
+    ViewChoice("coordinate", "Coordinate", "xi2", _COORDINATES, of_body_2=("xi2", "v2")),
+    ViewChoice("branches", "Branches", "off", _BRANCHES),
+    ViewChoice("from", "From", 0.0, bounds=LINEAR, linked=False),
+    ViewChoice("to", "To", 0.0, bounds=LINEAR, linked=False),
+    ViewChoice("count", "Values", COUNT, bounds=(2, MOST_VALUES)),
+    ViewChoice("transient", "Transient (periods)", TRANSIENT, bounds=(0, MOST_TRANSIENT)),
+    *(
+        ViewChoice(
+            *(name, FIELDS[name].label, 0.0),
+            bounds=FIELDS[name].bounds,
+            when={"direction": "own"},
+            of_body_2=() if "wall" in FIELDS[name].bodies else (name,),
+        )
+        for name in START_FIELDS
+    ),
+    *(ViewChoice(name, "", None, bounds=bounds, shown=False) for name, bounds in _FOLLOWED),
+)
+HINT = (
+    "Drag the line, click, or use the slider to set the swept number. A zoom is computed anew at its own range. Hollow "
+    "points are a periodic motion that the time step blurs. In grey, once computed: the other direction (motions "
+    "coexist where they differ), or the reference. Branches are solid where they are stable, dashed where they are "
+    "not; a click on one opens that motion in Explore."
+)
+CURSOR = {  # the line that can be dragged
+    "figure": "bifurcation",
+    "span": "bifurcation_cursor",
+    "label": "bifurcation_label",
+    "by": "over",
+    "swept": {
+        name: {
+            "name": name,
+            "symbol": swept.symbol,
+            "low": swept.bounds[0],
+            "high": swept.bounds[1],
+            "parts": swept.parts,
+        }
+        for name, swept in SWEPT.items()
+    },
+}

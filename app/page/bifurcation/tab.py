@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import panel as pn
-from vibroscope.app.explorer.field_units import shown_field
+from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.link import View
 from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.shipped import diagram_for_now
@@ -12,14 +12,15 @@ from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.page.bifurcation.branches import NAMES, Branches
 from vibroscope.app.page.bifurcation.figure import BifurcationView, legend, name_of
 from vibroscope.app.page.bifurcation.panel import (
+    CHOICES,
+    CURSOR,
     DIRECTION_NAMES,
+    HINT,
     SWEPT,
     Followed,
     diagram_command,
     diagram_python,
-    link_numbers,
     linked_motion,
-    panel_spec,
     statements,
     without_motion,
 )
@@ -27,8 +28,6 @@ from vibroscope.app.page.study.tab import StudyView, engine_obstacle, free_obsta
 from vibroscope.app.page.tab import Move
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.bifurcation import (
-    COUNT,
-    TRANSIENT,
     DiagramQuestion,
     PartialDiagram,
     grow_diagram,
@@ -52,16 +51,8 @@ class Bifurcation(StudyView):
     grow = staticmethod(grow_diagram)
     drawn, place, searched = BifurcationView, "wide", Branches
     tapped, zoomed = ("bifurcation", "bifurcation_strip"), "bifurcation"
-    chosen = {  # noqa: RUF012 - read only
-        "solver": "reference",
-        "direction": "rest",
-        "coordinate": "xi2",
-        "over": "eta",
-        "branches": "off",
-        "count": COUNT,
-        "transient": TRANSIENT,
-        **dict.fromkeys(START_FIELDS, 0.0),
-    }
+    head, choices, hint = "Bifurcation diagram", CHOICES, HINT
+    extras = {"aligned": ["bifurcation", "bifurcation_strip"], "cursor": CURSOR}  # noqa: RUF012 - read only
     keyed = ("bifurcation_strip",)
     pictures = (
         Figure("bifurcation", "Bifurcation diagram", "A coordinate at τ ≡ 0 (mod T) over the excitation frequency η."),
@@ -73,21 +64,9 @@ class Bifurcation(StudyView):
     _followed: Followed | None = None
     _followed_in: System | None = None  # whose motion that is; None: the system that is shown next
 
-    @classmethod
-    def spec(cls) -> dict:
-        """The choices of the tab, and the line that can be dragged."""
-        return panel_spec()
-
-    @classmethod
-    def link_spec(cls) -> dict:
-        """The choices of the panel, and the motion that is followed first."""
-        spec = cls.spec()
-        return spec | {"numbers": [*spec["numbers"], *link_numbers()]}
-
     def choice(self) -> dict[str, str | float]:
-        """The choices that differ from those at first; the range stands in the address as a zoom."""
-        chosen = {name: value for name, first in self.chosen.items() if (value := self.panel.chosen[name]) != first}
-        return chosen | (self._followed.linked() if self._followed else {})
+        """See `StudyView`, and the motion that is followed; the range stands in the address as a zoom."""
+        return super().choice() | (self._followed.linked() if self._followed else {})
 
     def restore(self, view: View) -> None:
         """Take a view from a link; the range is that of the number that is swept."""
@@ -195,9 +174,12 @@ class Bifurcation(StudyView):
         """Show the range in view and the coordinate in the panel, also of a setting that has no diagram."""
         low, high = self.view.span
         self.panel.chosen = self.panel.chosen | {"from": low, "to": high, "coordinate": self._coordinate(setting)}
+
+    def fields(self, setting: Setting) -> dict[str, ShownField]:
+        """The ends of the range, in the units of what is swept, and the own start."""
         swept = shown_field(self.view.over, setting)
         ends = {name.lower(): swept._replace(label=name, hint="") for name in ("From", "To")}
-        self.panel.show_fields(ends | {name: shown_field(name, setting) for name in START_FIELDS})
+        return ends | {name: shown_field(name, setting) for name in START_FIELDS}
 
     def _show(self) -> None:
         self._show_chosen(self._move.setting)
@@ -208,10 +190,6 @@ class Bifurcation(StudyView):
         """The own start that is typed; a wall has none."""
         away = self.away(setting)
         return tuple(0.0 if name in away else self.panel.chosen[name] for name in START_FIELDS)
-
-    def away(self, setting: Setting) -> dict[str, list[str]]:
-        """See `StudyView`: coordinates and start of a body 2, which a wall is not."""
-        return {"coordinate": ["xi2", "v2"], "start_xi2": [], "start_v2": []} if setting.bodies == "wall" else {}
 
     def draw(self, setting: Setting, result: PartialDiagram | None) -> None:
         """The diagram and the one to compare with."""

@@ -2,14 +2,13 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import ClassVar
 
 import panel as pn
 from vibroscope.app.explorer.closed_orbit import FARTHEST, LONGEST, SOLVERS, ClosedOrbit
 from vibroscope.app.explorer.compute import JobQueue, RunPair, cached_runs, shown_periods
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.explanation import AloneFacts, Explanation
-from vibroscope.app.explorer.link import LINEAR, View
+from vibroscope.app.explorer.link import LINEAR, View, ViewChoice
 from vibroscope.app.explorer.measured import Placed
 from vibroscope.app.explorer.method_words import name_of_integrator
 from vibroscope.app.explorer.motion_kind import Kinds
@@ -34,7 +33,7 @@ from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.page.files import style
 from vibroscope.app.page.shared.figure import PIN_NAMES
 from vibroscope.app.page.shared.muting import Muting
-from vibroscope.app.page.tab import COMPUTING, Look, Move, TabHost, TabView, number
+from vibroscope.app.page.tab import COMPUTING, Look, Move, TabHost, TabView
 from vibroscope.app.page.updates import prepare_in_worker
 from vibroscope.engine import Units
 from vibroscope.engine.simulate import LONGEST_FLIGHT
@@ -53,7 +52,11 @@ class Explore(TabView):
     axes = MotionView.spans() | dict.fromkeys(("eta", "section"), LINEAR)
     legends = {name: (*entries, *PIN_NAMES, *_LATER[name]) for name, entries in MotionView.legends().items()}  # noqa: RUF012
 
-    chosen: ClassVar = {"phase": 0.0}  # at which a link may hold the motion
+    choices = (  # at what phase a link may hold the motion, and the motion that was opened from a branch
+        ViewChoice("phase", "", 0.0, {}, (0, LONGEST_FLIGHT)),
+        *(ViewChoice(name, "", 1, {}, (1, LONGEST)) for name in SOLVERS),
+        ViewChoice("orbit_xi1", "", 0.0, {}, (-FARTHEST, FARTHEST)),
+    )
 
     def __init__(self, host: TabHost) -> None:
         super().__init__(host)
@@ -115,14 +118,6 @@ class Explore(TabView):
         return self._grid
 
     # -- the view ----------------------------------------------------------------------
-
-    @classmethod
-    def spec(cls) -> dict:
-        """The phase that the motion is held at, and the motion that was opened from a branch."""
-        periods = {name: f"Periods of a motion of the {solver}" for name, solver in SOLVERS.items()}
-        orbit = [number(name, label, (1, LONGEST), whole=True) for name, label in periods.items()]
-        orbit.append(number("orbit_xi1", "Its ξ₁", (-FARTHEST, FARTHEST)))
-        return {"numbers": [number("phase", "Phase τ/T", (0, LONGEST_FLIGHT)), *orbit]}
 
     def restore(self, view: View) -> None:
         """See `TabView.restore`."""

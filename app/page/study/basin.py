@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 import panel as pn
 from vibroscope.app.explorer.field_units import shown_field
-from vibroscope.app.explorer.link import LINEAR
+from vibroscope.app.explorer.link import LINEAR, ViewChoice
 from vibroscope.app.explorer.parameters import START_FIELDS
 from vibroscope.app.explorer.state import SOLVERS, Setting
 from vibroscope.app.export.formats import Figure, Series
@@ -148,25 +148,22 @@ class Basins(StudyView):
     drawn, place = BasinView, "tall"
     tapped = keyed = ("basin_reference", "basin_penalty")
     zoomed = "basin_reference"
-    chosen = {"plane": "xi2-v2", "model": "exact"}  # noqa: RUF012 - read only
+    head = "Basins of attraction"
+    choices = (
+        ViewChoice(
+            "plane", "Starts over", "xi2-v2", _PLANE_NAMES, of_body_2=tuple(p for p in PLANES if p not in AT_WALL)
+        ),
+        ViewChoice("model", "Penalty model", "exact", _MODELS),
+    )
+    hint = (
+        "A click starts Explore there; so do the fields of Start, which move the mark, and Shift + 1. The numbers of "
+        "the start that are not on an axis are those that are set. A start at another phase is opened with what drives "
+        "the bodies ahead by as much. A zoom is computed anew."
+    )
     pictures = (
         Figure("basin_reference", "Basins of the reference", "The motion that each start of the reference leads to."),
         Figure("basin_penalty", "Basins of the penalty model", "The same of the penalty model, in the same colours."),
     )
-
-    @classmethod
-    def spec(cls) -> dict:
-        """The choices of the tab."""
-        return {
-            "title": "Basins of attraction",
-            "switches": [
-                {"name": "plane", "label": "Starts over", "choices": _PLANE_NAMES},
-                {"name": "model", "label": "Penalty model", "choices": _MODELS},
-            ],
-            "hint": "A click starts Explore there; so do the fields of Start, which move the mark, and Shift + 1. The "
-            "numbers of the start that are not on an axis are those that are set. A start at another phase is opened "
-            "with what drives the bodies ahead by as much. A zoom is computed anew.",
-        }
 
     def show(self, move: Move) -> None:
         """See `StudyView`; at a wall the starts are those of body 1, and what is chosen says so."""
@@ -214,10 +211,6 @@ class Basins(StudyView):
         """The axes; at a wall those of body 1."""
         chosen = self.panel.chosen["plane"]
         return PLANES[AT_WALL[0] if setting.bodies == "wall" and chosen not in AT_WALL else chosen]
-
-    def away(self, setting: Setting) -> dict[str, list[str]]:
-        """See `StudyView`: planes of body 2, which a wall is not."""
-        return {"plane": [name for name in PLANES if name not in AT_WALL]} if setting.bodies == "wall" else {}
 
     def draw(self, setting: Setting, result: PartialBasin | None) -> None:
         """Both pictures and the key."""

@@ -7,7 +7,7 @@ import numpy as np
 import panel as pn
 from bokeh.core.properties import value
 from bokeh.models import HSpan, Line, Quad, Scatter, Segment, VSpan
-from vibroscope.app.explorer.field_units import beside_field, shown_field
+from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.impact_words import (
     advice,
     answer,
@@ -15,6 +15,7 @@ from vibroscope.app.explorer.impact_words import (
     span_and_mean,
     steps_in_contact,
 )
+from vibroscope.app.explorer.link import ViewChoice
 from vibroscope.app.explorer.method_words import name_of_integrator, words_of_scheme
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.state import Setting
@@ -25,7 +26,6 @@ from vibroscope.app.page.shared.figure import GREEN, INK, VERMILLION, VIOLET, le
 from vibroscope.app.page.shared.seen import amount, largest
 from vibroscope.app.page.study.listed import ListPanel, cell, row
 from vibroscope.app.page.study.tab import StudyView, refusal
-from vibroscope.app.page.tab import number
 from vibroscope.app.runtime.number_text import print_number
 from vibroscope.app.studies.one_impact import STEPS, ImpactQuestion, PartialImpact, Run, grow_impact
 from vibroscope.engine import counted, percent, written
@@ -167,11 +167,7 @@ class ImpactView(Curves):
         self.follow("time", "force", fresh=drawn != self._forces_drawn)
 
 
-_TYPED = {  # symbol, meaning, quantity, what one of it is without units
-    "mass": ("m*", "reduced mass", "mass", "m₁"),
-    "speed": ("v", "closing speed", "velocity", "Aω₁"),
-    "depth": ("δ", "permitted penetration", "displacement", "A"),
-}
+_POSITIVE = (1e-12, 1e12)
 _OFFERS = {"contact": "Set this K", "steps": "Take this step over", "K": "Take this K over", "D": "Take this D over"}
 _SHORT = {"K": "stiffness", "D": "damping", "steps": "steps"}
 _SAFE = 1.0 - 1e-3  # times the steps in a contact that a K gives: it is rounded
@@ -190,7 +186,17 @@ class OneImpact(StudyView):
     needs = {  # noqa: RUF012 - read only
         **{"": "found", "impact_band": "band", "impact_force": "forces", "impact_schemes": "schemes"}
     }
-    chosen = dict.fromkeys(_TYPED)
+    choices = (
+        ViewChoice("mass", "m*", None, {}, _POSITIVE, "reduced mass", "mass", "m₁"),
+        ViewChoice("speed", "v", None, {}, _POSITIVE, "closing speed", "velocity", "Aω₁"),
+        ViewChoice("depth", "δ", None, {}, _POSITIVE, "permitted penetration", "displacement", "A"),
+    )
+    hint = (
+        "Two bodies meet once, and no other force acts. K, D, the step, integrator, contact status and law are those "
+        "that are set; e under System is what was asked for. Empty fields take the bodies' mass and the speed of the "
+        "reference. With a permitted penetration the table offers the K for it. A click in the right figure sets the "
+        "step, a row of the table the integrator and status. Choose units under System to type kg and m/s."
+    )
     pictures = (
         Figure("impact_instant", "Restitution over the instant", "Restitution over the instant of touch in a step."),
         Figure("impact_band", "Restitution over the steps", "Least to greatest restitution over steps in a contact."),
@@ -207,18 +213,6 @@ class OneImpact(StudyView):
         page.append(self.offers)
         return page
 
-    @classmethod
-    def spec(cls) -> dict:
-        """The bodies that meet, where they are not those of the system."""
-        return {
-            "numbers": [number(name, label, (1e-12, 1e12), empty=True) for name, (label, *_) in _TYPED.items()],
-            "hint": "Two bodies meet once, and no other force acts. K, D, the step, integrator, contact status and law "
-            "are those that are set; e under System is what was asked for. Empty fields take the bodies' mass and the "
-            "speed of the reference. With a permitted penetration the table offers the K for it. A click in the right "
-            "figure sets the step, a row of the table the integrator and status. Choose units under System to type kg "
-            "and m/s.",
-        }
-
     def obstacle(self, setting: Setting) -> str:
         """Why there is no such contact."""
         return refusal(lambda: self.question(setting).at(self.panel.chosen["speed"] or 1.0))
@@ -233,15 +227,16 @@ class OneImpact(StudyView):
         mass = chosen["mass"] or system.mass_share
         return ImpactQuestion(method, step, mass, system.restitution, chosen["speed"] or run, chosen["depth"])
 
+    def while_empty(self, setting: Setting) -> dict[str, str]:
+        """The mass of the bodies, and the speed of the reference once it is known."""
+        of_system, fields = {"mass": setting.system.mass_share}, self.fields(setting)
+        if self.result is not None and self.result.impacts:
+            of_system["speed"] = self.result.impact.speed
+        return {name: written(fields[name].factor * value) for name, value in of_system.items()}
+
     def draw(self, setting: Setting, result: PartialImpact | None) -> None:
         """Figures and tables."""
-        known, fields = result is not None, {name: beside_field(setting, *field) for name, field in _TYPED.items()}
-        of_system = {"mass": setting.system.mass_share}
-        if known and result.impacts:
-            of_system["speed"] = result.impact.speed
-        self.panel.show_fields(
-            fields, {name: written(fields[name].factor * value) for name, value in of_system.items()}
-        )
+        known = result is not None
         self.view.update(setting, result)
         near, points = (_offer_table(result, setting), _scheme_table(result)) if known else ({}, {})
         self.offers.param.update(near=near, points=points, visible=known)

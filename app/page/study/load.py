@@ -8,7 +8,8 @@ import numpy as np
 import panel as pn
 from bokeh.core.properties import value
 from bokeh.models import Line
-from vibroscope.app.explorer.field_units import ShownField, beside_field, unit_of
+from vibroscope.app.explorer.field_units import ShownField, beside_field
+from vibroscope.app.explorer.link import ViewChoice
 from vibroscope.app.explorer.load_words import words_of_difference, words_of_load, words_of_peak_force, words_of_run
 from vibroscope.app.explorer.measured import LARGEST_FILE
 from vibroscope.app.explorer.state import SOLVERS, Setting
@@ -21,7 +22,6 @@ from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.seen import amount, largest, of_both
 from vibroscope.app.page.study.peaks import peak_table
 from vibroscope.app.page.study.tab import StudyView, refusal
-from vibroscope.app.page.tab import number
 from vibroscope.app.studies.load import COLUMNS, RATIOS, LoadQuestion, PartialRuns, Pulse, RecordFile, grow_load
 from vibroscope.engine.facts import Statement, sentence, stated
 from vibroscope.engine.load import ON, quantity_of
@@ -152,15 +152,8 @@ _NUMBERS = {  # of each kind, in the order in which its function takes them
     "sweep": ("size", "begin", "end", "duration"),
     "record": (),
 }
-_TYPED = {  # symbol, meaning, quantity
-    "size": ("peak", "largest value", ""),
-    "duration": ("duration", "", "time"),
-    "rise": ("rise", "time to the peak; a tenth of the duration", "time"),
-    "begin": ("from", "frequency at the start", "frequency"),
-    "end": ("to", "frequency at the end", "frequency"),
-    "free": ("after it", "time of free motion", "time"),
-}
-_NATURAL = {"time": "1/ω₁", "frequency": "ω₁"}  # what one of them is without units
+_MOST, _POSITIVE = 1e9, 1e-6  # ends of what can be typed
+_TIME, _FREQUENCY = ("time", "1/ω₁"), ("frequency", "ω₁")  # quantities, and what one of them is without units
 _FREE = 25.0  # 1/ω₁: some four natural periods of body 1
 
 
@@ -173,10 +166,29 @@ class LoadTab(StudyView):
     grow = staticmethod(grow_load)
     drawn, arrangement, listed = LoadView, ("halves", "load"), "Largest values of both solutions"
     needs = {"": "runs", "load_shock": "response"}  # noqa: RUF012 - read only
-    chosen = {  # noqa: RUF012 - read only
-        **{"kind": "half_sine", "on": "base", "size": 3.0, "duration": 3.0},
-        **{"rise": None, "begin": 0.5, "end": 3.0, "free": _FREE},
+    choices = (
+        ViewChoice("kind", "Load", "half_sine", _KINDS),
+        ViewChoice("on", "it is", "base", ON, of_body_2=("force2",)),
+        ViewChoice("size", "peak", 3.0, {}, (-_MOST, _MOST)),
+        ViewChoice("duration", "duration", 3.0, {}, (_POSITIVE, _MOST), "", *_TIME),
+        ViewChoice("rise", "rise", None, {}, (0.0, _MOST), "time to the peak; a tenth of the duration", *_TIME),
+        ViewChoice("begin", "from", 0.5, {}, (_POSITIVE, _MOST), "frequency at the start", *_FREQUENCY),
+        ViewChoice("end", "to", 3.0, {}, (_POSITIVE, _MOST), "frequency at the end", *_FREQUENCY),
+        ViewChoice("free", "after it", _FREE, {}, (0.0, _MOST), "time of free motion", *_TIME),
+    )
+    extras = {  # noqa: RUF012 - read only
+        "file": {
+            "label": "Choose a file",
+            "drop": "Drop the record: a column of times and one of the load",
+            "largest": LARGEST_FILE,
+        }
     }
+    hint = (
+        "Both solutions run from the start that is set; the load replaces harmonic motion and forces. Constant forces "
+        "stay, and the time step is the one that is set. A record is CSV, as time [s], a [g], or .AT2 of PEER. In the "
+        "shock response the spring of body 1 varies; its damping ratio, K, D and body 2 stay. What needs a period "
+        "(kind of motion, diagrams, branches, basins) has no meaning here."
+    )
     pictures = (
         Figure("load_course", "Load", "The load over time."),
         Figure("load_motion", "Displacements under the load", "Displacements of both solutions relative to the base."),
@@ -198,37 +210,12 @@ class LoadTab(StudyView):
         self.panel.listen(**Upload(self._begin, self._take_file).acts)
         return page
 
-    @classmethod
-    def spec(cls) -> dict:
-        """The load by its kind and its numbers, or a file."""
-        least = {"size": -1e9, "rise": 0.0, "free": 0.0}
-        numbers = [
-            number(name, label, (least.get(name, 1e-6), 1e9), empty=name == "rise")
-            for name, (label, *_) in _TYPED.items()
-        ]
-        return {
-            "switches": [
-                {"name": "kind", "label": "Load", "choices": _KINDS},
-                {"name": "on", "label": "it is", "choices": ON},
-            ],
-            "numbers": numbers,
-            "file": {
-                "label": "Choose a file",
-                "drop": "Drop the record: a column of times and one of the load",
-                "largest": LARGEST_FILE,
-            },
-            "hint": "Both solutions run from the start that is set; the load replaces harmonic motion and forces. "
-            "Constant forces stay, and the time step is the one that is set. A record is CSV, as time [s], a [g], or "
-            ".AT2 of PEER. In the shock response the spring of body 1 varies; its damping ratio, K, D and body 2 stay. "
-            "What needs a period (kind of motion, diagrams, branches, basins) has no meaning here.",
-        }
-
     def away(self, setting: Setting) -> dict[str, list[str]]:
         """The numbers that the load does not have, and body 2 beside a wall."""
         kind = self.panel.chosen["kind"]
-        idle = [name for name in _TYPED if name not in (*_NUMBERS[kind], "free")]
+        idle = [each.name for each in self.choices if each.bounds and each.name not in (*_NUMBERS[kind], "free")]
         idle += ["file"] if kind != "record" else []
-        return {name: [] for name in idle} | ({"on": ["force2"]} if setting.bodies == "wall" else {})
+        return super().away(setting) | {name: [] for name in idle}
 
     def obstacle(self, setting: Setting) -> str:
         """Why there is no such load."""
@@ -237,7 +224,7 @@ class LoadTab(StudyView):
             return self._refused or "Choose the file of a record, or drop it on the page."
         most = chosen["duration"] / 2
         if chosen["kind"] == "trapezoid" and (chosen["rise"] or 0.0) > most:
-            field = self._field(setting, "rise")
+            field = self.fields(setting)["rise"]
             rise, most = (f"{field.number(value)} {field.unit}".rstrip() for value in (chosen["rise"], most))
             return f"A rise of {rise} is more than half of the duration: give at most {most}."
         return refusal(lambda: self.question(setting))
@@ -256,15 +243,14 @@ class LoadTab(StudyView):
 
     def draw(self, setting: Setting, result: PartialRuns | None) -> None:
         """Figures and table."""
-        self.panel.show_fields({name: self._field(setting, name) for name in _TYPED})
         self.view.update(setting, result)
         known = result is not None and "penalty" in result.runs
         self.list.param.update(near=peak_table(result, setting) if known else {}, visible=known)
 
-    def _field(self, setting: Setting, name: str) -> ShownField:
-        label, words, quantity = _TYPED[name]
-        quantity = quantity or quantity_of(self.panel.chosen["on"])
-        return beside_field(setting, label, words, quantity, _NATURAL.get(quantity) or unit_of(quantity, setting))
+    def fields(self, setting: Setting) -> dict[str, ShownField]:
+        """See `StudyView`; the quantity of the peak is that of what is loaded."""
+        peak = beside_field(setting, "peak", "largest value", quantity_of(self.panel.chosen["on"]))
+        return super().fields(setting) | {"size": peak}
 
     # -- the file -----------------------------------------------------------------
 

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from bokeh.models import Line
 from vibroscope.app.explorer.field_units import unit_of
+from vibroscope.app.explorer.link import ViewChoice
 from vibroscope.app.explorer.state import SOLVERS, Setting
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import peaks_command, peaks_python
@@ -119,6 +120,7 @@ _NAMES = {
     "contact_time": "time in a contact",
 }
 _NONE = "–"
+_SPECTRA = {f"{kind}{body}": f"{kind} of body {body}" for kind in ("displacement", "acceleration") for body in (1, 2)}
 
 
 class Peaks(StudyView):
@@ -131,35 +133,22 @@ class Peaks(StudyView):
     drawn, place, listed = SpectrumView, "tall", "Largest values of both solutions"
     quantities = PEAKS
     python, command = staticmethod(peaks_python), staticmethod(peaks_command)
-    chosen = {"quantity": "displacement1"}  # noqa: RUF012 - read only
+    choices = (
+        ViewChoice("quantity", "Spectrum of", "displacement1", _SPECTRA, of_body_2=("displacement2", "acceleration2")),
+    )
+    hint = (
+        "Peaks: displacements and velocities relative to the base, accelerations absolute. Spectra: with the base "
+        "motion; a motion that repeats every n periods has lines at multiples of 1/n."
+    )
     pictures = (
         Figure("peaks", "Peaks", "Largest values of both solutions.", drawn=False),
         Figure("spectrum_motion", "Spectrum of the motion", "Amplitudes of a body over orders of the excitation."),
         Figure("spectrum_force", "Spectrum of the force", "Amplitudes of the contact force over orders."),
     )
 
-    @classmethod
-    def spec(cls) -> dict:
-        """What of the motion the first spectrum is of."""
-        names = {
-            "displacement1": "displacement of body 1",
-            "displacement2": "displacement of body 2",
-            "acceleration1": "acceleration of body 1",
-            "acceleration2": "acceleration of body 2",
-        }
-        return {
-            "switches": [{"name": "quantity", "label": "Spectrum of", "choices": names}],
-            "hint": "Peaks: displacements and velocities relative to the base, accelerations absolute. Spectra: with "
-            "the base motion; a motion that repeats every n periods has lines at multiples of 1/n.",
-        }
-
     def obstacle(self, setting: Setting) -> str:
         """Where nothing drives bodies at rest, nothing moves."""
         return free_obstacle(setting, "this table") if setting.from_rest else ""
-
-    def away(self, setting: Setting) -> dict[str, list[str]]:
-        """A wall does not move."""
-        return {"quantity": [name for name in MOTIONS if name.endswith("2")]} if setting.bodies == "wall" else {}
 
     def question(self, setting: Setting) -> PeaksQuestion:
         """All that is set but how it is drawn."""

@@ -11,6 +11,7 @@ import numpy as np
 from bokeh.models import HoverTool, Line, Scatter
 from vibroscope.app.explorer.explanation import DISPLACEMENTS, Explanation
 from vibroscope.app.explorer.field_units import ShownField, shown_field
+from vibroscope.app.explorer.link import ViewChoice
 from vibroscope.app.explorer.method_words import CUT
 from vibroscope.app.explorer.state import Setting, slider_range, widened
 from vibroscope.app.export.formats import Figure, Series
@@ -295,7 +296,12 @@ class Plane(StudyView):
     drawn, place, searched = PlaneView, "tall", PlaneCurves
     tapped = keyed = ("plane_penalty", "plane_exact")
     zoomed = "plane_penalty"
-    chosen = {"quantity": "error", "limit": _SUDDEN, "curves": "off"}  # noqa: RUF012 - read only
+    choices = (
+        ViewChoice("quantity", "Colour", "error", {name: each.label for name, each in classes.COLOURINGS.items()}),
+        ViewChoice("curves", "Curves", "off", {"off": "not shown", "on": "of bifurcations"}),
+        ViewChoice("limit", "Short contact below (steps)", _SUDDEN, bounds=(2, 200), when={"quantity": "contact"}),
+    )
+    hint = "A click sets K and D; so do their sliders, which the arrow keys move."
     pictures = (
         Figure(
             "plane_penalty",
@@ -311,20 +317,6 @@ class Plane(StudyView):
         self._explainer = Explainer(host, lambda: self._visible, self._explained)
         self._marked: Setting | None = None
         self._explanation: Explanation | None = None  # of what is marked
-
-    @classmethod
-    def spec(cls) -> dict:
-        """The choices of the tab."""
-        quantities = {name: quantity.label for name, quantity in classes.COLOURINGS.items()}
-        limit = {"name": "limit", "label": "Short contact below (steps)", "low": 2, "high": 200}
-        return {
-            "switches": [
-                {"name": "quantity", "label": "Colour", "choices": quantities},
-                {"name": "curves", "label": "Curves", "choices": {"off": "not shown", "on": "of bifurcations"}},
-            ],
-            "limits": [limit | {"when": {"quantity": "contact"}}],
-            "hint": "A click sets K and D; so do their sliders, which the arrow keys move.",
-        }
 
     def obstacle(self, setting: Setting) -> str:
         """Why there is no study: nothing drives the bodies, or the engine has no study of the method."""

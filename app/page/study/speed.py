@@ -218,6 +218,12 @@ class Speed(StudyView):
     title = "Speed against error"
     grow = staticmethod(grow_speed)
     drawn, place, arrangement = SpeedView, "wide", ("speed",)
+    hint = (
+        f"Error: the largest of the four state components after {CHECKED} periods, against the exact penalty model, "
+        f"divided by what the axis names. Cost: processor time of this machine over {PERIODS} periods, all solvers in "
+        "turn. Vertical lines: the reference and the exact penalty model, without a time step and without this error. "
+        "Integrator, contact status and law are those that are set under Solver."
+    )
     pictures = (Figure("speed", "Speed against error", "Error after ten periods over processor time per period."),)
 
     def build(self) -> pn.Column:
@@ -229,17 +235,6 @@ class Speed(StudyView):
         shipped.css_classes = ["cell", "wide"]
         page.append(shipped)
         return page
-
-    @classmethod
-    def spec(cls) -> dict:
-        """Nothing to choose: the sliders do."""
-        return {
-            "hint": f"Error: the largest of the four state components after {CHECKED} periods, against the "
-            f"exact penalty model, divided by what the axis names. Cost: processor time of this machine over "
-            f"{PERIODS} periods, all solvers in turn. "
-            "Vertical lines: the reference and the exact penalty model, without a time step and without this error. "
-            "Integrator, contact status and law are those that are set under Solver.",
-        }
 
     def obstacle(self, setting: Setting) -> str:
         """Why there is no study: nothing drives the bodies."""

@@ -13,7 +13,6 @@ export function render({ model }) {
   const shows = [
     ...model.spec.switches.map((spec) => switcher(root, spec, send)),
     ...(model.spec.file ? [fileRow(root, model)] : []),
-    ...model.spec.limits.map((spec) => limiter(root, spec, send)),
     ...numbers(root, model.spec.numbers, send),
     progress(root, send),
     key(root),
@@ -53,38 +52,14 @@ function fileRow(root, model) {
 }
 
 // Whether a row has an effect: if the other choices have the values that it needs.
-const applies = (when, chosen) => Object.entries(when ?? {}).every(([other, value]) => chosen[other] === value);
-
-// A limit moves at once under the hand; the server gets its value when it rests.
-function limiter(root, { name, label, low, high, when }, send) {
-  const slider = element("input");
-  const value = element("output");
-  let waiting = 0; // for the hand to rest, or for an answer
-  Object.assign(slider, { type: "range", min: low, max: high, step: 1 });
-  slider.addEventListener("input", () => {
-    value.textContent = slider.value;
-    clearTimeout(waiting);
-    waiting = setTimeout(() => {
-      waiting = 0;
-      send({ choose: { [name]: Number(slider.value) } });
-    }, 60);
-  });
-  const row = element("label", "row", [element("span", "", label), slider, value]);
-  root.append(row);
-  return ({ chosen }) => {
-    row.hidden = !applies(when, chosen);
-    if (waiting) return;
-    slider.value = chosen[name];
-    value.textContent = slider.value;
-  };
-}
+const applies = (when, chosen) => Object.entries(when).every(([other, value]) => chosen[other] === value);
 
 // Typed numbers go to the server when Enter is pressed or the field is left; what is refused stays, with the reason.
 function numbers(root, specs, send) {
   if (!specs.length) return [];
   const grid = element("div", "numbers");
   const refused = element("p", "refused", "", { role: "alert" });
-  const shows = specs.map(({ name, label, when, mode = "decimal" }) => {
+  const shows = specs.map(({ name, label, when, mode }) => {
     const symbol = element("span", "", label);
     const words = element("small");
     const [input, row] = labelled(element("span", "", [symbol, " ", words]),

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import panel as pn
 from bokeh.events import RangesUpdate, Tap
-from vibroscope.app.explorer.field_units import shown_content
+from vibroscope.app.explorer.field_units import ShownField, beside_field, shown_content
 from vibroscope.app.explorer.link import View
 from vibroscope.app.explorer.method_words import words_of_method
 from vibroscope.app.explorer.state import Setting
@@ -52,7 +52,9 @@ class StudyView(TabView):
     zoomed: ClassVar[str] = ""  # name of the figure whose zoom, which others follow, is computed anew
     listed: ClassVar[str] = ""  # name of the list below the figures, for screen readers; empty if there is none
     searched: ClassVar[type[ListedSearches] | None] = None
-    chosen: ClassVar[Mapping[str, str | float | None]] = {}  # the choices at first
+    head: ClassVar[str] = ""  # of the panel, if that is not the title
+    hint: ClassVar[str] = ""  # below all of the panel
+    extras: ClassVar[Mapping[str, object]] = {}  # of the panel: ``file``, ``cursor``, ``aligned`` of `StudyPanel.spec`
     pictures: ClassVar[tuple[Figure, ...]]  # that can be taken away
     needs: ClassVar[Mapping[str, str]] = {}  # what of the result they show, by their names; "": those that are left out
     keyed: ClassVar[tuple[str, ...]] = ()  # names of those whose colours the key explains
@@ -78,11 +80,6 @@ class StudyView(TabView):
 
     # -- what a study defines ---------------------------------------------------
 
-    @classmethod
-    @abstractmethod
-    def spec(cls) -> dict:
-        """Switches, limits and numbers of the panel, its hint, and its title if that is not the one of the view."""
-
     @abstractmethod
     def question(self, setting: Setting) -> object:
         """The question of the study."""
@@ -104,7 +101,19 @@ class StudyView(TabView):
         return None, []
 
     def away(self, setting: Setting) -> dict[str, list[str]]:
-        """The choices of each switch, and the numbers, that the panel hides for the system."""
+        """Values of choices, and numbers, that the panel hides for the system: at a wall those of body 2."""
+        return {each.name: [*each.of_body_2] for each in self.choices if each.of_body_2 and setting.bodies == "wall"}
+
+    def fields(self, setting: Setting) -> dict[str, ShownField]:
+        """How the numbers that have a unit are shown."""
+        return {
+            each.name: beside_field(setting, each.label, each.hint, each.quantity, each.natural)
+            for each in self.choices
+            if each.quantity
+        }
+
+    def while_empty(self, setting: Setting) -> dict[str, str]:
+        """The numbers that hold where a field is empty, in words."""
         return {}
 
     def take_over(self, name: str, x: float, y: float) -> None:
@@ -123,8 +132,8 @@ class StudyView(TabView):
             figures[name].on_event(Tap, self.on_tap)
         if self.zoomed:
             figures[self.zoomed].on_event(RangesUpdate, lambda event: self.refresh())
-        usual = {"title": self.title, "figures": [*figures], "switches": [], "limits": [], "numbers": []}
-        self.panel = StudyPanel(usual | self.spec(), dict(self.chosen), self._choose, self._stop)
+        spec = {"title": self.head or self.title, "figures": [*figures], "hint": self.hint, **self.extras}
+        self.panel = StudyPanel(self.choices, spec, dict(self.chosen), self._choose, self._stop)
         self.panel.css_classes = ["cell", "panel"]
         cells = [pn.pane.Bokeh(plot, sizing_mode="stretch_both") for plot in figures.values()]
         for cell in cells:
@@ -248,6 +257,7 @@ class StudyView(TabView):
         if self.searches is not None and (obstacle or not self._searches):
             self.searches.clear()
         self.panel.away = self.away(self._move.setting)
+        self.panel.show_fields(self.fields(self._move.setting), self.while_empty(self._move.setting))
         for plot in self.view.figures.values():
             plot.visible = not obstacle
         self.panel.statements = self._statements()

@@ -129,6 +129,11 @@ class TimeStep(StudyView):
     title = "Time step"
     grow = staticmethod(grow_step)
     drawn, arrangement, tapped = TimeStepView, ("halves",), ("step_spread", "step_error_time_step")
+    hint = (
+        "A click in the lower figures sets n to the nearest of the study; so does the slider T/Δτ. "
+        "Integrator, contact status and law are those that are set under Solver. "
+        f"Each motion is run from its start (see System) over {TRANSIENT} periods, then {SAMPLE} are kept."
+    )
     pictures = (
         *(
             Figure(
@@ -141,15 +146,6 @@ class TimeStep(StudyView):
         Figure("step_spread", "Blur over n", "Blur about the cycle over the steps per period."),
         Figure("step_error_time_step", "Error over n", "Error by the time step alone over the steps per period."),
     )
-
-    @classmethod
-    def spec(cls) -> dict:
-        """Nothing to choose but n, and that is a slider."""
-        return {
-            "hint": "A click in the lower figures sets n to the nearest of the study; so does the slider T/Δτ. "
-            "Integrator, contact status and law are those that are set under Solver. "
-            f"Each motion is run from its start (see System) over {TRANSIENT} periods, then {SAMPLE} are kept.",
-        }
 
     def obstacle(self, setting: Setting) -> str:
         """Why there is no study: nothing drives the bodies, or the engine has no study of the method."""

@@ -10,7 +10,8 @@ from vibroscope.app.codes.rules import rules
 from vibroscope.app.codes.translation import translated_codes
 from vibroscope.app.explorer.compute import SHOWN_PERIODS, RunPair, shown_periods
 from vibroscope.app.explorer.explanation import describe, motion_texts
-from vibroscope.app.explorer.field_units import ShownField, beside_field, shown_content
+from vibroscope.app.explorer.field_units import ShownField, shown_content
+from vibroscope.app.explorer.link import ViewChoice
 from vibroscope.app.explorer.method_words import name_of_method, words_of_method
 from vibroscope.app.explorer.present import present
 from vibroscope.app.explorer.state import Setting
@@ -20,7 +21,7 @@ from vibroscope.app.page.shared.curves import Axis, Curve, Curves, Plot, curve
 from vibroscope.app.page.shared.figure import BLUE, SOLUTIONS, SUBSCRIPTS, VERMILLION, label_of, time_label
 from vibroscope.app.page.shared.seen import amplitude, apart, of_both, say
 from vibroscope.app.page.study.tab import StudyView
-from vibroscope.app.page.tab import Move, number
+from vibroscope.app.page.tab import Move
 from vibroscope.app.page.your_code import words
 from vibroscope.app.page.your_code.rules import RulesTable, rows_of
 from vibroscope.app.runtime.number_text import sizes
@@ -99,16 +100,10 @@ class YourCodeView(Curves):
         self.follow("x", "v", "displacement", fresh=fresh)
 
 
-_NUMBERS = {  # of the model beside the system: symbol, meaning, quantity, what one of it is without units
-    "area": ("A", "contact area; 0: not known", "area", "A²"),
-    "elements": ("EA/h", "stiffness of the elements in contact; 0: not known", "stiffness", "k₁"),
-}
-_OF_WORDS = {  # beside the words of a code, in SI units whatever is shown: label, meaning, quantity
-    "mass": ("m*", "reduced mass; 0: of the bodies", "mass"),
-    "speed": ("v", "closing speed; 0: not known", "velocity"),
-}
+_NUMBER = (0.0, {}, (0.0, 1e15))  # 0: not known
 _WITHOUT_UNITS = "Without dimension; the damper of the force is 2D. Choose units under “Units” for those of your model."
 NONE = "none"  # no code is chosen: the page's own choice of integrator, status and law
+_TARGETS = {key: code.name for key, code in translated_codes(write=True).items() if key in codes()}
 _NEWMARK = "Newmark (β = 0.25, γ = 0.5); contact status from the start of the step; contact law Kelvin–Voigt"
 
 
@@ -120,10 +115,23 @@ class YourCode(StudyView):
     grow = staticmethod(grow_code)
     drawn, arrangement = YourCodeView, ("codes",)
     needs = {"code_rules": "judged"}  # noqa: RUF012 - read only
-    chosen = {  # noqa: RUF012 - read only; 0: not known
-        **{"code": NONE, "area": 0.0, "elements": 0.0},
-        **{"target": NONE, "mass": 0.0, "speed": 0.0},
-    }
+    choices = (
+        ViewChoice(
+            "code", "Code", NONE, {NONE: "choose a code …", **{key: code.name for key, code in codes().items()}}
+        ),
+        ViewChoice("target", "Translate into", NONE, {NONE: "physical numbers", **_TARGETS}),
+        ViewChoice("area", "A", *_NUMBER, "contact area; 0: not known", "area", "A²"),
+        ViewChoice(
+            "elements", "EA/h", *_NUMBER, "stiffness of the elements in contact; 0: not known", "stiffness", "k₁"
+        ),
+        ViewChoice(words.KEY, "Its words", "", linked=False),
+        ViewChoice("mass", "m*", *_NUMBER, "reduced mass; 0: of the bodies", "mass"),
+        ViewChoice("speed", "v", *_NUMBER, "closing speed; 0: not known", "velocity"),
+    )
+    hint = (
+        "Choosing a code sets its integrator, contact status and law. K, D and the step stay as they are: what its "
+        "rules of thumb give is tried in the table, and “Set” takes it over; so with what its words for a contact say."
+    )
     pictures = (
         Figure("code_phase", "Phase plot of your code", "Velocity over displacement, with the reference."),
         Figure("code_displacement", "Displacement of your code", "Displacement over the periods that are shown."),
@@ -137,26 +145,6 @@ class YourCode(StudyView):
         self.rules.css_classes = ["cell", "wide"]
         page.insert(2, self.rules)
         return page
-
-    @classmethod
-    def spec(cls) -> dict:
-        """The choice of the code."""
-        names = {NONE: "choose a code …", **{key: code.name for key, code in codes().items()}}
-        targets = {key: code.name for key, code in translated_codes(write=True).items() if key in codes()}
-        return {
-            "switches": [
-                {"name": "code", "label": "Code", "choices": names},
-                {"name": "target", "label": "Translate into", "choices": {NONE: "physical numbers", **targets}},
-            ],
-            "numbers": [
-                *map(_typed, _NUMBERS),
-                {"name": words.KEY, "label": "Its words", "mode": "text", "linked": False},
-                *map(_typed, _OF_WORDS),
-            ],
-            "hint": "Choosing a code sets its integrator, contact status and law. K, D and the step stay as they are: "
-            "what its rules of thumb give is tried in the table, and “Set” takes it over; so with what its words for a "
-            "contact say.",
-        }
 
     def show(self, move: Move) -> None:
         """See `StudyView`; the other tabs get the code, too."""
@@ -206,12 +194,22 @@ class YourCode(StudyView):
         """All that is set but how it is drawn, and what is known of the elements."""
         return question_of(setting, self.panel.chosen["elements"] or None)
 
-    def draw(self, setting: Setting, result: PartialCode | None) -> None:
-        """Figures and table."""
-        fields = {name: _field(name, setting) for name in (*_NUMBERS, *_OF_WORDS)}
+    def fields(self, setting: Setting) -> dict[str, ShownField]:
+        """See `StudyView`; what stands beside the words of a code is in SI units, whatever is shown."""
+        si = {each.name: each for each in self.choices if each.name in words.FIELDS}
+        fields = super().fields(setting) | {
+            name: ShownField(
+                *(each.label, each.hint, QUANTITIES[each.quantity].units[0], 1.0),
+                typed={"": 1.0, **sizes(each.quantity, 1.0)},
+            )
+            for name, each in si.items()
+        }
         if (code := codes().get(self.panel.chosen["code"])) and code.contact:
             fields[words.KEY] = ShownField("Its words", f"for a contact, as {words.example(code)}", "", 1.0, {})
-        self.panel.show_fields(fields)
+        return fields
+
+    def draw(self, setting: Setting, result: PartialCode | None) -> None:
+        """Figures and table."""
         shown = result if result is not None and result.question == self.question(setting) else None
         self.view.update(setting, shown and shown.runs, name_of_method(setting.penalty))
         self.rules.param.update(**self._content(setting, shown))
@@ -275,20 +273,6 @@ class YourCode(StudyView):
     def data(self) -> dict[str, object]:
         """The results so far; sentences, too, in the units that are shown."""
         return shown_content(super().data(), self._move.setting.scale)
-
-
-def _typed(name: str) -> dict[str, object]:
-    """The number of this name in the panel; 0: not known."""
-    label = (_NUMBERS | _OF_WORDS)[name][0]
-    return number(name, label, (0.0, 1e15))
-
-
-def _field(name: str, setting: Setting) -> ShownField:
-    """How the contact area, or the stiffness of the elements, is shown."""
-    if name in _OF_WORDS:
-        label, hint, quantity = _OF_WORDS[name]
-        return ShownField(label, hint, QUANTITIES[quantity].units[0], 1.0, {"": 1.0, **sizes(quantity, 1.0)})
-    return beside_field(setting, *_NUMBERS[name])
 
 
 def _cell(value: object) -> object:
