@@ -48,7 +48,7 @@ class Gallery(SphinxDirective):
             entry.caption,
             "",
             *(self._computed(key, entry, setting) if computed else ()),
-            *([f"Source: {entry.origin}", ""] if entry.origin else []),
+            *([f"Source: {entry.tooltip}", ""] if entry.key in shelf() else []),
             ".. code-block:: sh",
             "",
             *(f"   {line}" for line in as_command(setting).splitlines()),

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from vibroscope.app.explorer.compute import RunPair, SolverRun, run_length
@@ -106,14 +106,14 @@ class Explanation:
     """
 
     headline: str
-    agree: str
-    kinds: dict[str, str]
-    measure: str
-    parts: dict[str, float]
-    note: str
-    change: dict[str, str]
-    details: tuple[str, ...]
-    series: dict[str, np.ndarray]
+    agree: str = "unknown"
+    kinds: dict[str, str] = field(default_factory=dict)
+    measure: str = ""
+    parts: dict[str, float] = field(default_factory=dict)
+    note: str = ""
+    change: dict[str, str] = field(default_factory=dict)
+    details: tuple[str, ...] = ()
+    series: dict[str, np.ndarray] = field(default_factory=dict)
     alone: AloneFacts | None = None
 
     def in_units(self, scale: Units | None) -> "Explanation":
@@ -154,7 +154,7 @@ def explain(
             cancelled=cancelled,
         )
     except ValueError as error:  # a law without a solution in closed form has no parts
-        return _unexplained(stated("Not compared: {}.", message_of(error)))
+        return Explanation(headline=stated("Not compared: {}.", message_of(error)))
     try:
         found = verdict(
             comparison,
@@ -208,13 +208,6 @@ def _settable(curve: Curve, found: Alone) -> dict[str, float | bool | str]:
         return change_of(curve.best)
     cut = (each for each in found.choices if each.changed == "status" and each.method.located)
     return next(map(change_of, cut), {})
-
-
-def _unexplained(headline: str) -> Explanation:
-    """An explanation that has nothing but a sentence."""
-    return Explanation(
-        headline=headline, agree="unknown", kinds={}, measure="", parts={}, note="", change={}, details=(), series={}
-    )
 
 
 def _without_verdict(comparison: Comparison, error: ValueError) -> Verdict:

@@ -38,6 +38,7 @@ class Preset:
     figure : str
         Below its title: the figure of the paper and the case in it, or the question.
     tooltip : str
+        What is said at the pointer; of a published system where its numbers come from, and what is assumed.
     setting : Setting
     decides : tuple of str
         Names of the fields by which it is recognised.
@@ -49,8 +50,6 @@ class Preset:
         Name of the figure that the caption begins with; the page marks it.
     first : bool
         Whether its button stands before those of "More scenes".
-    origin : str
-        Where the numbers of a published system come from, and what is assumed.
     """
 
     key: str
@@ -65,7 +64,6 @@ class Preset:
     label: str = ""
     look: str = ""
     first: bool = False
-    origin: str = ""
 
     def texts(self) -> dict[str, str]:
         """The texts that the button sets, for `app.explorer.reading.read_setting`."""
@@ -115,13 +113,17 @@ def _published(row: Mapping) -> Preset:
     values = {name: float(f"{value:.15g}") if isinstance(value, float) else value for name, value in values.items()}
     setting = read_setting_at_any_cost({name: print_value(value) for name, value in values.items()})
     origin, asked = f"{row['source'].rstrip('.')}. {row.get('note', '')}".strip(), row["question"]
-    how = {"decides": _OF_SYSTEM, "shows": _SHOWN, "origin": origin}
-    return Preset(row["key"], row["title"], asked, asked, origin, setting, **how)
+    return Preset(row["key"], row["title"], asked, asked, origin, setting, _OF_SYSTEM, _SHOWN)
 
 
-def _by_key(presets: list[Preset]) -> dict[str, Preset]:
-    found = {each.key: each for each in presets}
-    if len(found) < len(presets):
+def presets() -> dict[str, Preset]:
+    """Scenes and shelf."""
+    return scenes() | shelf()
+
+
+def _by_key(rows: list[Preset]) -> dict[str, Preset]:
+    found = {each.key: each for each in rows}
+    if len(found) < len(rows):
         raise ValueError("a file has two presets with one key")
     return found
 
@@ -139,15 +141,6 @@ def buttons() -> list[Preset]:
     return list(found.values())
 
 
-def scene_key(setting: Setting) -> str:
-    """Key of the first scene that ``setting`` matches, or an empty string."""
-    return _key(scenes(), setting)
-
-
-def shelf_key(setting: Setting) -> str:
-    """Key of the system of the shelf that ``setting`` has, with a contact as there; empty if it has none."""
-    return _key(shelf(), setting)
-
-
-def _key(presets: Mapping[str, Preset], setting: Setting) -> str:
-    return next((key for key, each in presets.items() if each.matches(setting)), "")
+def preset_of(setting: Setting) -> Preset | None:
+    """The first scene or, with a contact as there, system of the shelf that a setting matches; None if it is none."""
+    return next((each for each in presets().values() if each.matches(setting)), None)

@@ -18,20 +18,21 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from functools import partial
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import panel as pn
 from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.link import MOST_PINS, View
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.physical_fields import entered
-from vibroscope.app.explorer.presets import Preset, opening_setting, scene_key, scenes, shelf, shelf_key
+from vibroscope.app.explorer.presets import opening_setting, preset_of, presets
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.page.address import THEMES, Address
 from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.page.header.header import Header
+from vibroscope.app.page.shared.component import Acts
 from vibroscope.app.page.tab import Move, TabView
 from vibroscope.app.page.tabs import TABS, VIEWS, TabArea
 from vibroscope.app.page.take_away import TakeAway, offered_figures
@@ -41,42 +42,23 @@ from vibroscope.engine import CompileProgress
 from vibroscope.engine.facts import sentence
 
 
-def route(session: "Session", message: object) -> None:
-    """Call the method of ``session`` that ``message`` asks for."""
-    if not isinstance(message, dict):
-        return
-    if "painted" in message:
-        session.painted(message["painted"])
-        return
-    if isinstance(message.get("move"), int):
-        session.move = message["move"]
-    for name, (kind, act) in _ACTIONS.items():
-        if name in message:
-            if isinstance(message[name], kind):
-                act(session, message[name])
-            return
-
-
-def _choose(offered: Callable[[], Mapping[str, Preset]], session: "Session", key: str) -> None:
-    if key in offered():
-        session.set(offered()[key].texts(), fresh=True)  # fresh also for the same one: a way back from any zoom
-
-
-# By the name of a message: what it is to hold, and what is done with that.
-_ACTIONS: "dict[str, tuple[type, Callable[[Session, Any], None]]]" = {
-    "set": (dict, lambda session, texts: session.set(texts)),
-    "scene": (str, partial(_choose, scenes)),
-    "shelf": (str, partial(_choose, shelf)),
-    "undo": (object, lambda session, _: session.undo()),
-    "redo": (object, lambda session, _: session.redo()),
-    "reset": (object, lambda session, _: session.reset()),
-    "pin": (object, lambda session, on: session.pin(bool(on))),
-    "unpin": (int, lambda session, place: session.unpin(place)),
-    "theme": (str, lambda session, theme: session.choose_theme(theme)),
-    "view": (str, lambda session, key: session.open(key)),
-    "take": (str, lambda session, what: session.take(what)),
-    "load": (object, lambda session, parts: session.load(parts)),
-}
+def acts_of(session: "Session") -> Acts:
+    """What ``session`` does with each message, first with its number; see `Component.listen`."""
+    return {
+        "move": (int, partial(setattr, session, "move")),
+        "painted": (object, session.painted),
+        "set": (dict, session.set),
+        "scene": (str, session.choose),
+        "undo": (object, lambda _: session.undo()),
+        "redo": (object, lambda _: session.redo()),
+        "reset": (object, lambda _: session.reset()),
+        "pin": (object, lambda on: session.pin(bool(on))),
+        "unpin": (int, session.unpin),
+        "theme": (str, session.choose_theme),
+        "view": (str, session.open),
+        "take": (str, session.take),
+        "load": (object, session.load),
+    }
 
 
 # Moves of the same control within so many seconds count as one move, so that a drag is undone as a whole.
@@ -158,7 +140,7 @@ class Session:
         self.header = Header(tabs, theme=opening.theme, error=error, note=opening.note)
         self._take_away = TakeAway(self, self.header.send_file)
         for component in (self.controls, self.header):
-            component.on_msg(lambda event: route(self, event.data))
+            component.listen(**acts_of(self))
         self.tab_area = TabArea(self, self._address.check_soon)
         self._open_view(opening.view, opening.state)
         self._follow_compilation()
@@ -190,6 +172,11 @@ class Session:
             return
         self._history.add(before, self.setting, time.monotonic())
         self._show_move(fresh)
+
+    def choose(self, key: str) -> None:
+        """Set a scene or a system of the shelf; all axes return to its data, also for the same one."""
+        if key in presets():
+            self.set(presets()[key].texts(), fresh=True)
 
     def undo(self) -> None:
         """Return to the setting before the last move, if there is one."""
@@ -351,7 +338,7 @@ class Session:
     def _send_answer(self, move: int, update: int) -> None:
         """Tell the browser the accepted setting, and that ``move`` is dealt with."""
         self.update_offers()
-        scene = scenes().get(scene_key(self.setting)) or shelf().get(shelf_key(self.setting))
+        scene = preset_of(self.setting)
         caption = scene.caption if scene else _OWN_SETTING
         if not VIEWS[self.header.view].motions:
             caption = ""

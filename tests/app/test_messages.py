@@ -3,13 +3,13 @@
 from unittest.mock import Mock, call
 
 import pytest
-from vibroscope.app.explorer.presets import scenes
-from vibroscope.app.page.session import route
+from vibroscope.app.page.session import acts_of
+from vibroscope.app.page.shared.component import act_on
 
 
 def calls(message):
     session = Mock(move=0)
-    route(session, message)
+    act_on(message, acts_of(session))
     return session.method_calls
 
 
@@ -17,7 +17,7 @@ def calls(message):
     ("message", "expected"),
     [
         ({"set": {"eta": "1.2"}}, call.set({"eta": "1.2"})),
-        ({"scene": "C"}, call.set(scenes()["C"].texts(), fresh=True)),
+        ({"scene": "C"}, call.choose("C")),
         ({"undo": True}, call.undo()),
         ({"redo": True}, call.redo()),
         ({"reset": True}, call.reset()),
@@ -43,7 +43,6 @@ def test_a_message_calls_one_method(message, expected):
         {},
         {"set": ["eta"]},
         {"scene": 3},
-        {"scene": "Z"},
         {"view": ["help"]},
         {"take": {"csv": 1}},
         {"theme": None},
@@ -58,5 +57,5 @@ def test_a_message_of_another_form_is_ignored(message):
 def test_the_number_of_a_move_is_noted():
     session = Mock(move=0)
     for move in (7, "x", None):
-        route(session, {"move": move, "undo": True})
+        act_on({"move": move, "undo": True}, acts_of(session))
     assert session.move == 7

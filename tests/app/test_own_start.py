@@ -14,7 +14,7 @@ from vibroscope.app.explorer.field_units import shown_field
 from vibroscope.app.explorer.link import parse_address, print_address
 from vibroscope.app.explorer.motion_kind import judge_motions
 from vibroscope.app.explorer.parameters import START_FIELDS
-from vibroscope.app.explorer.presets import scene_key, scenes
+from vibroscope.app.explorer.presets import preset_of, scenes
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.explorer.typed import plain_texts
@@ -107,8 +107,8 @@ def test_a_scene_starts_from_rest():
     scene = scenes()["A"]
     there = read_setting(scene.texts(), OWN)
     assert there.initial == Setting().initial
-    assert scene_key(there) == "A"
-    assert scene_key(there._replace(start_v2=1.0)) == ""
+    assert preset_of(there).key == "A"
+    assert preset_of(there._replace(start_v2=1.0)) is None
 
 
 def test_the_commands_take_a_start_that_begins_with_a_minus_sign(capsys):

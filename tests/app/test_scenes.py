@@ -1,6 +1,6 @@
 import pytest
 from vibroscope.app.explorer.parameters import MAIN_FIELDS
-from vibroscope.app.explorer.presets import buttons, opening_setting, scene_key, scenes
+from vibroscope.app.explorer.presets import buttons, opening_setting, preset_of, scenes
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.address import read_opening
@@ -21,7 +21,7 @@ def test_every_scene_is_valid_and_recognised():
     for scene in scenes().values():
         setting = read_setting(scene.texts())
         assert scene.matches(setting)
-        assert scene_key(setting) != ""
+        assert preset_of(setting) is not None
         assert not scene.matches(setting._replace(restitution=0.7))
 
 
@@ -43,7 +43,7 @@ def test_titles_say_what_the_reference_does(key, period, impacts):
 
 def test_buttons_have_unequal_titles():
     shown = buttons()
-    assert {scene.key for scene in shown} == {scene_key(read_setting(scene.texts())) for scene in scenes().values()}
+    assert {scene.key for scene in shown} == {preset_of(read_setting(scene.texts())).key for scene in scenes().values()}
     assert len({scene.title for scene in shown}) == len(shown)
 
 

@@ -8,14 +8,14 @@ from vibroscope.app.explorer.errors import Refused
 from vibroscope.app.explorer.explanation import describe, explain
 from vibroscope.app.explorer.link import parse_address, print_address
 from vibroscope.app.explorer.parameters import FIELDS, MAIN_FIELDS
-from vibroscope.app.explorer.presets import scene_key, scenes, shelf, shelf_key
+from vibroscope.app.explorer.presets import preset_of, scenes, shelf
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.explorer.state import Setting, slider_range, widened
 from vibroscope.app.explorer.suggestion import make_question
 from vibroscope.app.export.formats import as_toml, loaded_from_toml
 from vibroscope.app.export.scripts import as_command, as_python
 from vibroscope.app.page.controls.controls import Controls
-from vibroscope.app.page.session import route
+from vibroscope.app.page.session import Session
 from vibroscope.engine import System
 
 SYSTEMS = {
@@ -53,10 +53,9 @@ def test_the_sliders_follow_the_springs_and_frequencies(system):
 def test_every_system_of_the_shelf_is_valid_cited_and_recognised(key):
     found = shelf()[key]
     setting = read_setting(found.texts(), read_setting({"restitution": "0.1", "clearance": "3", "threshold": "0.5"}))
-    assert shelf_key(setting) == key
-    assert scene_key(setting) == ""
-    assert shelf_key(setting._replace(clearance=setting.clearance + 1)) == ""
-    assert found.origin
+    assert preset_of(setting).key == key
+    assert preset_of(setting._replace(clearance=setting.clearance + 1)) is None
+    assert found.tooltip
     assert found.caption.endswith("?")
     assert setting.units == "si"
     low, high = widened(slider_range("K", setting.system), setting.K)
@@ -73,19 +72,19 @@ def test_scenes_and_shelf_have_keys_and_titles_of_their_own():
 
 
 def test_a_click_sets_system_units_and_contact_and_a_scene_leads_back():
-    class Session:
+    class Sets:
         def set(self, texts, *, fresh):
             self.setting = read_setting(texts, getattr(self, "setting", None))
 
-    session = Session()
+    session = Sets()
     for key in shelf():
-        route(session, {"move": 1, "shelf": key})
-        assert shelf_key(session.setting) == key
-    route(session, {"move": 2, "shelf": "no such"})
-    assert shelf_key(session.setting) == key
-    route(session, {"move": 3, "scene": "A"})
+        Session.choose(session, key)
+        assert preset_of(session.setting).key == key
+    Session.choose(session, "no such")
+    assert preset_of(session.setting).key == key
+    Session.choose(session, "A")
     assert session.setting.system == System()
-    assert scene_key(session.setting) == "A"
+    assert preset_of(session.setting).key == "A"
 
 
 @pytest.mark.parametrize("key", shelf())

@@ -58,7 +58,7 @@ def test_what_cannot_be_taken_is_refused_in_words(tab, wanted):
 
 
 def test_the_line_is_dragged_to_round_values_within_what_can_be_set():
-    assert [SWEPT["eta"].rounded(value) for value in (2.34567, -1.0, 1e9)] == [2.3457, *SWEPT["eta"].bounds]
+    assert [SWEPT["eta"].rounded(value) for value in (2.34567, -1.0, 1e9)] == [2.3457, *SWEPT["eta"].field.bounds]
 
 
 @pytest.mark.parametrize("over", SWEPT)
@@ -68,7 +68,7 @@ def test_any_number_is_swept_by_a_solver_that_has_it_and_moving_it_asks_nothing(
     assert question.span == slider_range(over, System())
     assert tab.panel.chosen["solver"] in SWEPT[over].solvers
     named = (
-        "frequency η = Ω/ω₁, base displacement held" if over == "eta" else f"{SWEPT[over].choice} {SWEPT[over].symbol}"
+        "frequency η = Ω/ω₁, base displacement held" if over == "eta" else f"{SWEPT[over].choice} {SWEPT[over].field.label}"
     )
     assert named in tab.view.hover.tooltips[0][0]
     assert question.study().cells == len(question.axis)  # the engine takes it

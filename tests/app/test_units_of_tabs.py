@@ -124,7 +124,7 @@ def test_a_diagram_over_any_number_has_units(choice):
         ends = [strip[f"{end}_{title} [{SCALE.unit(quantity)}]"] for end in ("from", "to")]
         assert ends[0].min() >= SCALE.factor(quantity) * low * 0.999
         assert ends[1].max() <= SCALE.factor(quantity) * high * 1.001
-        assert SWEPT[over].symbol == over
+        assert SWEPT[over].field.label == over
     tab.close()
 
 

@@ -90,7 +90,7 @@ def test_a_diagram_offers_neither_coordinate_nor_start_of_the_wall(opened):  # n
     assert tab.question(WALL).initial == (0.25, 0.0, 0.0, 0.0)
     tab.show(Move(2, WALL))
     assert tab.panel.chosen["coordinate"] == "xi1"
-    assert tab.away(WALL) == {"coordinate": ["xi2", "v2"], "start_xi2": [], "start_v2": []}
+    assert tab.away(WALL) == {"coordinate": ["xi2", "v2"], "start_xi2": ["start_xi2"], "start_v2": ["start_v2"]}
     assert tab.away(Setting()) == {}
 
 

@@ -17,7 +17,7 @@ ODD = (*NO_NUMBERS, "9" * 4000, "\0", "-0", "1e-400", "1_0", "1,5")
 
 # Everything that a component of the page listens to, and everything that a tab offers to zoom or choose.
 MESSAGE_KEYS = (
-    *("set", "scene", "shelf", "undo", "redo", "reset", "pin", "unpin", "view", "theme", "take", "load", "painted"),
+    *("set", "scene", "undo", "redo", "reset", "pin", "unpin", "view", "theme", "take", "load", "painted"),
     *("stop", "choose", "suggest", "cancel", "seen", "listens"),  # a study, the search, a claim, the feed
 )
 FILES = ("toml", "python", "command", "json", "report", "csv:time", "csv:", "png:force?dpi=1e9", "svg:phase1?time=9")

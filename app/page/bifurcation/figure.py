@@ -11,9 +11,10 @@ from bokeh.models import ColumnDataSource, HoverTool, Line, Quad, Range1d, Scatt
 from bokeh.plotting import figure
 from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.method_words import CUT, name_of_method
+from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.presets import scenes
 from vibroscope.app.explorer.state import Setting, slider_range
-from vibroscope.app.page.bifurcation.panel import SWEPT, motion_at, nearest_cell, shares
+from vibroscope.app.page.bifurcation.panel import motion_at, nearest_cell, shares
 from vibroscope.app.page.shared.curves import AWAITED, Axis, Curves, Plot, curve
 from vibroscope.app.page.shared.figure import (
     BARE,
@@ -172,8 +173,7 @@ class BifurcationView(Curves):
     @property
     def span(self) -> tuple[float, float]:
         """The values in view, within what can be set."""
-        swept = SWEPT[self.over]
-        low, high = (float(np.clip(end, *swept.bounds)) for end in self.ranges["eta"].ends)
+        low, high = (float(np.clip(end, *FIELDS[self.over].bounds)) for end in self.ranges["eta"].ends)
         return (low, high) if high - low > 1e-7 * (abs(low) + abs(high)) else self._home
 
     def update(

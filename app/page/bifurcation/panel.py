@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from vibroscope.app.explorer.link import LINEAR, ViewChoice
-from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS
+from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS, Field
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.scripts import branch_command, initial_option, method_options, sweep_command, sweep_python
 from vibroscope.app.studies.bifurcation import COUNT, SAMPLE, TRANSIENT, DiagramQuestion, PartialDiagram
@@ -22,54 +22,45 @@ from vibroscope.engine.sweeps import CellKind
 
 
 class Swept(NamedTuple):
-    """A number that can be swept; it has its name in `FIELDS`.
+    """A number that can be swept.
 
     Attributes
     ----------
-    symbol, text : str
-        Symbol, and what it is.
-    bounds : (float, float)
-        The smallest and largest value; `app.explorer.state` has the range at first.
+    field : Field
+        It; `app.explorer.state` has the range at first.
     parts : int
         Into how many parts a unit is divided where the line is dragged; 1 for whole numbers.
     solvers : tuple of str
         Solvers that have it, the preferred one first.
     """
 
-    symbol: str
-    text: str
-    bounds: tuple[float, float]
+    field: Field
     parts: int
     solvers: tuple[str, ...]
 
     @property
     def choice(self) -> str:
         """The label in the list of choices: its name, without its definition."""
-        return self.text.removesuffix(" Ω/ω₁")
+        return self.field.hint.removesuffix(" Ω/ω₁")
 
     def rounded(self, value: float) -> float:
         """The nearest value that the line can be dragged to."""
-        low, high = self.bounds
+        low, high = self.field.bounds
         return min(max(round(value * self.parts) / self.parts, low), high)
 
 
-def _swept(name: str, parts: int, *solvers: str) -> Swept:
-    field = FIELDS[name]
-    return Swept(field.label, field.hint, field.bounds, parts, solvers)
-
-
 SWEPT = {
-    "eta": _swept("eta", 10_000, "reference", "exact", "newmark"),
-    "K": _swept("K", 10, "exact", "newmark"),
-    "D": _swept("D", 1000, "exact", "newmark"),
-    "steps": _swept("steps", 1, "newmark"),
-    "restitution": _swept("restitution", 10_000, "reference"),
+    "eta": Swept(FIELDS["eta"], 10_000, ("reference", "exact", "newmark")),
+    "K": Swept(FIELDS["K"], 10, ("exact", "newmark")),
+    "D": Swept(FIELDS["D"], 1000, ("exact", "newmark")),
+    "steps": Swept(FIELDS["steps"], 1, ("newmark",)),
+    "restitution": Swept(FIELDS["restitution"], 10_000, ("reference",)),
 }
 
 
 def statements(setting: Setting, result: PartialDiagram) -> list[list[str | Statement]]:
     """Head and text of what the diagram says."""
-    symbol, nearest = SWEPT[result.question.over].symbol, nearest_cell(setting, result)
+    symbol, nearest = FIELDS[result.question.over].label, nearest_cell(setting, result)
     lines = []
     if nearest is not None:
         at = float(result.question.axis[nearest])
@@ -248,13 +239,7 @@ CURSOR = {  # the line that can be dragged
     "label": "bifurcation_label",
     "by": "over",
     "swept": {
-        name: {
-            "name": name,
-            "symbol": swept.symbol,
-            "low": swept.bounds[0],
-            "high": swept.bounds[1],
-            "parts": swept.parts,
-        }
+        name: {"name": name, "symbol": swept.field.label, "bounds": list(swept.field.bounds), "parts": swept.parts}
         for name, swept in SWEPT.items()
     },
 }

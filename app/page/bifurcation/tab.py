@@ -5,7 +5,7 @@ from dataclasses import replace
 import panel as pn
 from vibroscope.app.explorer.field_units import ShownField, shown_field
 from vibroscope.app.explorer.link import View
-from vibroscope.app.explorer.parameters import START_FIELDS
+from vibroscope.app.explorer.parameters import FIELDS, START_FIELDS
 from vibroscope.app.explorer.shipped import diagram_for_now
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.formats import Figure, Series
@@ -98,9 +98,9 @@ class Bifurcation(StudyView):
             super()._choose(chosen)
 
     def _type_range(self, low: float, high: float) -> None:
-        swept, field = SWEPT[self.view.over], shown_field(self.view.over, self._move.setting)
-        if not swept.bounds[0] <= low < high <= swept.bounds[1]:
-            ends = " to ".join(field.number(end) for end in swept.bounds) + (field.unit and f" {field.unit}")
+        bounds, field = FIELDS[self.view.over].bounds, shown_field(self.view.over, self._move.setting)
+        if not bounds[0] <= low < high <= bounds[1]:
+            ends = " to ".join(field.number(end) for end in bounds) + (field.unit and f" {field.unit}")
             self.panel.refused = f"{field.label} must go from a smaller to a larger number, within {ends}."
             return
         self.ranges["eta"].restore(low, high)

@@ -72,7 +72,7 @@ class Link {
     this.sentAt = 0;
     this.answeredMove = 0;
     this.painted = 0; // number of the last update
-    for (const name of ["scene", "shelf", "undo", "redo", "reset", "pin", "unpin", "view"]) {
+    for (const name of ["scene", "undo", "redo", "reset", "pin", "unpin", "view"]) {
       listen(name, (detail) => this.act({ [name]: detail.value ?? true }));
     }
     listen("set", (texts) => this.set(texts));

@@ -27,7 +27,7 @@ from vibroscope.app.explorer.physical_fields import (
     physical_field,
     physical_numbers,
 )
-from vibroscope.app.explorer.presets import OPENING, buttons, scene_key, shelf, shelf_key
+from vibroscope.app.explorer.presets import OPENING, buttons, preset_of, shelf
 from vibroscope.app.explorer.state import LAWS_OF_RATIO, Setting, integrator_numbers, law_numbers, slider_range
 from vibroscope.app.page.shared.component import Component
 from vibroscope.app.runtime.number_text import print_number
@@ -187,9 +187,8 @@ _PAPERS = ("bodies", "kappa", "d1", "d2", "kappa3", "d3", "restitution", "cleara
 _STEP = 0.01  # of one arrow key: in η, and in decades of the other sliders
 _SOLVER_SWITCHES = ("stiffness", "damper", "joint_damping", "located", "status", "without_solution")
 _SOLVER_SWITCHES += ("initial_acceleration",)
-_SOLVER_SELECTS = ("integrator", "law")
 _INTEGRATOR_NUMBERS = ("beta", "gamma", "alpha", "rho")  # as far as the integrator has them
-_STIFFNESS_NUMBERS = ("step_scale",)  # where K follows the step
+_LAW_NUMBERS = (*LAW_NUMBERS, "step_scale", "threshold")  # as far as the law has them, or K follows the step
 _VIEW_SWITCHES = ("frame", "coordinate")
 
 
@@ -241,7 +240,7 @@ class Controls(Component):
             | {name: number for name, (number, _) in numbers.items()},
             "notes": _notes(setting),
             "offers": _offers(setting),
-            "scene": scene_key(setting) or shelf_key(setting),
+            "scene": preset.key if (preset := preset_of(setting)) else "",
             **answer,
         }
 
@@ -253,7 +252,7 @@ def _other_fields(setting: Setting) -> tuple[str, ...]:
         "threshold",
         *integrator_numbers(setting),
         *law_numbers(setting),
-        *(_STIFFNESS_NUMBERS if setting.follows_step else ()),
+        *(("step_scale",) if setting.follows_step else ()),
         *(START_FIELDS[:2] if setting.bodies == "wall" else START_FIELDS),
     )
 
@@ -336,12 +335,9 @@ def _spec() -> dict:
         "groups": group_spec(),
         "system": [_switch("bodies"), _switch("stops")],
         "units": _switch("units"),
-        "solverNumbers": [_number("threshold")],
-        "solverSelects": [*map(_switch, _SOLVER_SELECTS)],
-        "integratorNumbers": [_number(name) for name in _INTEGRATOR_NUMBERS],
-        "lawNumbers": [_number(name) for name in (*LAW_NUMBERS, *_STIFFNESS_NUMBERS)],
-        "starts": [_number(name) for name in START_FIELDS],
+        "solver": [_list("integrator"), *map(_number, _INTEGRATOR_NUMBERS), _list("law"), *map(_number, _LAW_NUMBERS)],
         "solverSwitches": [*map(_switch, _SOLVER_SWITCHES)],
+        "starts": [*map(_number, START_FIELDS)],
         "viewSwitches": [*map(_switch, _VIEW_SWITCHES)],
         "scenes": [each.button() for each in buttons()],
         "shelf": [each.button() for each in shelf().values()],
@@ -357,6 +353,11 @@ def _slider(name: str) -> dict:
 
 def _number(name: str) -> dict:
     return {"name": name, "label": FIELDS[name].label, "hint": FIELDS[name].hint}
+
+
+def _list(name: str) -> dict:
+    """A choice of many."""
+    return _switch(name) | {"listed": True}
 
 
 def _switch(name: str) -> dict:

@@ -24,16 +24,16 @@ export function scenes({ scenes: list, shelf }, link) {
   });
   const origin = element("small", "origin"); // of the published system that is shown
   published.after(origin);
-  const make = (scene, act, place) => {
-    const made = button([scene.title, element("small", "", scene.figure)], "", () => link.act({ [act]: scene.key }));
+  const make = (scene, place) => {
+    const made = button([scene.title, element("small", "", scene.figure)], "", () => link.act({ scene: scene.key }));
     made.title = scene.tooltip;
     made.dataset.scene = scene.key;
     place.append(made);
     return made;
   };
   const buttons = [
-    ...list.map((scene) => make(scene, "scene", scene.first ? first : others)),
-    ...shelf.map((system) => make(system, "shelf", published)),
+    ...list.map((scene) => make(scene, scene.first ? first : others)),
+    ...shelf.map((system) => make(system, published)),
   ];
   const row = element("div", "folds of-scenes", folds);
   box.append(element("legend", "", "Scenes"), first, row);
@@ -69,7 +69,7 @@ export function actions({ opening }, link) {
 // Where both runs start: folded while that is rest.
 export function startDetails(spec, link) {
   const head = element("summary");
-  const parts = spec.starts.map((number) => ownRow(number, link));
+  const parts = spec.starts.map((number) => numberRow(number, link));
   const names = spec.starts.map(({ name }) => name);
   const rest = button("From rest", "Start both runs from rest, as a scene does",
     () => link.set({ zero_start: "rest", ...Object.fromEntries(names.map((name) => [name, "0"])) }), "rest");
@@ -87,30 +87,14 @@ export function startDetails(spec, link) {
   return { element: box, parts: [...parts, { draw }] };
 }
 
-// A number that not every setting has: of the start, which a wall has not, or of an integrator.
-function ownRow(number, link) {
-  const row = numberRow(number, link);
-  const draw = (shown, isLatest) => {
-    row.element.hidden = !shown.fields[number.name];
-    if (!row.element.hidden) row.draw(shown, isLatest);
-  };
-  return { ...row, draw };
-}
-
 // The solver: folded, since it is seldom changed; open if one number is not the default, or is refused.
 export function solverDetails(spec, link) {
   const head = element("summary");
-  const grid = element("div", "numbers");
-  const parts = spec.solverNumbers.map((number) => numberRow(number, link));
-  const selects = spec.solverSelects.map((choice) => selectRow(choice, link));
-  const own = spec.integratorNumbers.map((number) => ownRow(number, link));
-  const ofLaw = spec.lawNumbers.map((number) => ownRow(number, link));
+  const parts = spec.solver.map((row) => (row.listed ? selectRow : numberRow)(row, link));
   const switches = spec.solverSwitches.map((choice) => switchRow(choice, link));
-  const [integrator, ...others] = selects.map((part) => part.element);
-  grid.append(integrator, ...own.map((part) => part.element), ...others, ...ofLaw.map((part) => part.element), ...parts.map((part) => part.element));
+  const grid = element("div", "numbers", parts.map((part) => part.element));
   const box = element("details", "more solver", [head, grid, ...switches.map((part) => part.element)]);
-  const given = [...spec.solverNumbers, ...spec.solverSelects, ...spec.integratorNumbers, ...spec.lawNumbers, ...spec.solverSwitches];
-  const names = given.map((part) => part.name);
+  const names = [...spec.solver, ...spec.solverSwitches].map(({ name }) => name);
   let opened = false;
   const draw = (shown) => {
     const changed = names.some((name) => shown.texts[name] !== spec.defaults[name]);
@@ -121,7 +105,7 @@ export function solverDetails(spec, link) {
       if (name === "damper") element.hidden = !spec.dampedByRestitution.includes(shown.texts.law);
     }
   };
-  return { element: box, parts: [...parts, ...selects, ...own, ...ofLaw, ...switches, { draw }] };
+  return { element: box, parts: [...parts, ...switches, { draw }] };
 }
 
 // A choice of many, with the reason where it was refused.
@@ -144,6 +128,7 @@ function chooserOf({ name, label: words, doc = "" }, choices, act) {
   return [select, element("div", "choice", [label, select])];
 }
 
+// A number; it is hidden where the setting has none of that name.
 export function numberRow(number, link) {
   const symbol = element("span");
   const hint = element("small");
@@ -152,6 +137,8 @@ export function numberRow(number, link) {
   const field = typedField(number, link, under);
   const box = element("div", "number", [label, field.typed, under]);
   const draw = (shown, isLatest) => {
+    box.hidden = !shown.fields[number.name];
+    if (box.hidden) return;
     const { label: name, name: words } = shown.fields[number.name];
     setText(symbol, name);
     setText(hint, words);

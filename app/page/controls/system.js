@@ -57,13 +57,9 @@ function numberGroup({ title, numbers }, link) {
   box.append(...rows.map((row) => row.element));
   const draw = (shown, isLatest) => {
     const left = rows.find((row) => row.form === row.element.getRootNode().activeElement && !shown.fields[row.name]);
-    for (const row of rows) {
-      const applies = Boolean(shown.fields[row.name]);
-      row.element.hidden = !applies;
-      if (applies) row.draw(shown, isLatest);
-    }
+    for (const row of rows) row.draw(shown, isLatest);
     if (left?.form) rows.find((row) => !row.element.hidden && sameForms(row, left))?.form.focus(); // the row in its place
-    box.hidden = rows.every((row) => !shown.fields[row.name]);
+    box.hidden = rows.every((row) => row.element.hidden);
   };
   return { element: box, rows, draw };
 }
@@ -86,6 +82,7 @@ function systemRow(number, link) {
   }
   const draw = (shown, isLatest) => {
     row.draw(shown, isLatest);
+    if (row.element.hidden) return;
     setText(about, shown.fields[number.name].about);
     field.setAttribute("aria-describedby", [field.getAttribute("aria-describedby"), about.id].filter(Boolean).join(" "));
     if (made.form && isLatest) {

@@ -3,7 +3,7 @@
 A file that the browser sends in parts, a character for each byte (`upload.js`).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import ClassVar
 from weakref import WeakKeyDictionary
 
@@ -14,6 +14,7 @@ from vibroscope.app.explorer.measured import LARGEST_FILE
 from vibroscope.app.page.files import esm, style
 
 LONGEST_NAME = 80
+Acts = Mapping[str, tuple[type, Callable[[object], None]]]  # by the name of a message: its type, and what to do with it
 
 
 def too_large(size: float, fewer: str, command: str) -> str:
@@ -109,7 +110,7 @@ class Component(FastUpdates, pn.custom.JSComponent):
 
     def __init__(self, **params) -> None:
         super().__init__(**({"design": _DESIGN} | params))
-        self._acts: dict[str, tuple[type, Callable[[object], None]]] = {}
+        self._acts: Acts = {}
 
     def listen(self, **acts: tuple[type, Callable[[object], None]]) -> None:
         """Call these with what the browser sends by their names, if it is of the type that stands beside each."""
@@ -118,7 +119,12 @@ class Component(FastUpdates, pn.custom.JSComponent):
         self._acts |= acts
 
     def receive(self, message: object) -> None:
-        """Act on a message of the browser as far as it is one that is listened for."""
-        for name, (kind, act) in self._acts.items() if isinstance(message, dict) else ():
-            if name in message and isinstance(message[name], kind):
-                act(message[name])
+        """Act on a message of the browser."""
+        act_on(message, self._acts)
+
+
+def act_on(message: object, acts: Acts) -> None:
+    """Act on a message as far as it is one that is listened for, in the order of ``acts``."""
+    for name, (kind, act) in acts.items() if isinstance(message, dict) else ():
+        if name in message and isinstance(message[name], kind):
+            act(message[name])

@@ -167,7 +167,7 @@ function dragged(model) {
   }
   placeWords();
   const moveTo = (value) => {
-    const { low, high, symbol, parts } = swept();
+    const { bounds: [low, high], symbol, parts } = swept();
     const location = Math.round(Math.min(Math.max(value, low), high) * parts) / parts;
     span.setv({ location }, LOCAL);
     label?.setv({ x: location, text: words(symbol, location) }, LOCAL);
