@@ -26,7 +26,7 @@ SETTINGS = [Setting()._replace(eta=eta) for eta in (1.0, 1.1, 1.2)]
 SETTINGS.append(SETTINGS[0]._replace(frame="absolute"))  # the same runs, drawn in another way
 # What Explore is made of but for its findings: figures, and what neither explains nor judges.
 DRAWN = ("pn", "MotionView", "EtaMapView", "ColumnSender", "Mechanism")
-DRAWN += ("Suggester", "CoexistingMotions", "OpenedMotion", "Muting", "MeasuredPoints", "PinComparison")
+DRAWN += ("Suggester", "CoexistingMotions", "OpenedMotion", "Muting", "PinComparison")
 DRAWN += ("PinnedResults", "Overlay", "MapSource", "AloneView")
 
 

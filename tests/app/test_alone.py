@@ -1,8 +1,6 @@
 """The curves over each number alone: what is drawn, what a click sets, and that they come and go with the verdict."""
 
 import math
-from types import SimpleNamespace
-from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -11,10 +9,14 @@ from vibroscope.app.explorer.explanation import explain
 from vibroscope.app.explorer.presets import opening_setting
 from vibroscope.app.explorer.reading import read_setting
 from vibroscope.app.export.tables import table_in_units
+from vibroscope.app.page.explore import explainer
 from vibroscope.app.page.explore.alone import NUMBERS, AloneView
-from vibroscope.app.page.explore.drawn import DrawnFigures
+from vibroscope.app.page.explore.tab import Explore
 from vibroscope.app.page.shared.figure import write
+from vibroscope.app.page.tab import Move
 from vibroscope.engine import percent
+
+from tests.app.fakes import Document, QueueingHost
 
 OPENING = opening_setting()
 UNITS = read_setting({"units": "si", "omega1": "30", "m1": "2"}, OPENING)
@@ -149,15 +151,19 @@ def test_a_curve_is_taken_away_as_a_table(found):
     assert "K [N/m]" in in_units.columns
 
 
-def test_the_figures_are_offered_once_there_are_curves(found):
-    result = SimpleNamespace(setting=OPENING, columns={})
-    view = AloneView()
-    drawn = DrawnFigures(MagicMock(), MagicMock(), MagicMock(front={}), MagicMock(), view)
-    assert not [each for each in drawn.figures(result) if each.name.startswith("alone")]
-    view.show(found[0].alone, OPENING, write)
-    offered = [each.name for each in drawn.figures(result) if each.name.startswith("alone")]
+def test_the_figures_are_offered_once_there_are_curves(found, monkeypatch):
+    known = {}
+    monkeypatch.setattr(explainer, "known_explanation", known.get)
+    tab = Explore(QueueingHost(doc=Document()))
+    tab.build()
+    tab.show_if_ready(Move(1, OPENING))
+    assert not [each for each in tab.figures() if each.name.startswith("alone")]
+    known[OPENING] = found[0]
+    tab.show_if_ready(Move(2, OPENING))
+    offered = [each.name for each in tab.figures() if each.name.startswith("alone")]
     assert offered == ["alone_K", "alone_D", "alone_steps"]
-    assert drawn.data(result, MagicMock(phase={"x1": []}))["alone"] == found[0].alone
+    assert tab.data()["alone"] == found[0].alone
+    tab.close()
 
 
 def test_there_is_no_curve_over_d_where_the_law_takes_its_damper_from_the_restitution(found):

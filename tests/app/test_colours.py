@@ -73,8 +73,8 @@ def figures():
         tab = kind(FakeHost())
         page = tab.build()
         if key == "explore":
-            tab.motion.pinned.make_room(len(PINS))
-            tab.motion.pinned.update([{}] * len(PINS))
+            tab.motion.add(tab.motion.pins)
+            tab.motion.draw_beside([{}] * len(PINS), {}, {})
         found |= {f"{key}: {plot.name}": plot for plot in plots(page)}
     doc = Document(theme=THEME)
     for plot in found.values():

@@ -5,8 +5,6 @@ import pytest
 from bokeh.document import Document
 from bokeh.models import HoverTool
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.explore.measurement import MeasuredPoints
-from vibroscope.app.page.shared.figure import PINS
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.tabs import VIEWS
 
@@ -24,9 +22,7 @@ def press(item):
 def add_all(tab):
     """Add the entries of all pins and of a measurement, which come with the first of them."""
     if tab.key == "explore":
-        tab.motion.pinned.make_room(len(PINS))
-        MeasuredPoints(tab.motion).add()
-        tab.motion.add_closed()
+        tab.motion.add([*tab.motion.pins, tab.motion.measured, tab.motion.closed])
 
 
 @pytest.mark.parametrize("tab", [tab for tab in VIEWS.values() if tab.legends and tab.key != "paper"])
@@ -68,8 +64,7 @@ def test_names_of_entries_are_those_of_their_solvers():
 def test_curves_without_an_entry_in_the_legend_are_hidden_and_the_muted_stay_so():
     tab = VIEWS["explore"](FakeHost())
     tab.build()
-    tab.motion.pinned.make_room(1)
-    tab.motion.pinned.update([])
+    tab.motion.add(tab.motion.pins[:1])
     items = {item.label.value: item for item in tab.motion.figures["displacement"].legend[0].items}
 
     def drawn():
@@ -79,7 +74,7 @@ def test_curves_without_an_entry_in_the_legend_are_hidden_and_the_muted_stay_so(
     displacements = {"ξ₁ reference", "ξ₂ reference", "ξ₁ penalty", "ξ₂ penalty"}
     assert drawn() == displacements
     press(items["ξ₁ reference"])
-    tab.motion.pinned.update([{}])
+    tab.motion.draw_beside([{}], {}, {})
     assert drawn() == displacements - {"ξ₁ reference"} | {"pin 1"}
     hover = next(tool for tool in tab.motion.figures["displacement"].tools if isinstance(tool, HoverTool))
     (hovered,) = hover.renderers

@@ -11,7 +11,7 @@ from vibroscope.app.commands import compare as command
 from vibroscope.app.explorer.compute import compute_runs
 from vibroscope.app.explorer.explanation import describe, explain
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.explore.result import Findings
+from vibroscope.app.page.explore.result import Findings, Interpretation, Result
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.engine import (
     Comparison,
@@ -140,7 +140,7 @@ def test_bars_lines_and_verdict_of_the_page_share_numbers_and_words(eta, numbers
     setting = Setting(eta=eta, **dict(zip(("K", "D", "steps"), numbers, strict=True)))
     runs = compute_runs(setting, cache=Cache(4))
     found, explanation, view = describe(runs), explain(runs), Findings()
-    view.update(found, explanation, None)
+    view.show(Interpretation(Result(setting, {}, found), explanation))
     comparison = compare(ComparisonQuestion(setting.system, eta, setting.penalty)).decided()
     assert {name: text for name, *_, text in view.content["bars"]} == {
         "total": percent(comparison.difference.total),

@@ -8,24 +8,25 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from bokeh.core.properties import value
-from bokeh.models import ColumnDataSource, FactorRange, Glyph, HBar, LegendItem, Line, Scatter, Segment
+from bokeh.models import ColumnDataSource, FactorRange, HBar, LegendItem, Line, Scatter, Segment
 from bokeh.plotting import figure
 from vibroscope.app.explorer.compute import SHOWN_PERIODS, shown_periods
 from vibroscope.app.explorer.contact_count import contact_count, contact_share
 from vibroscope.app.explorer.field_units import unit_of
 from vibroscope.app.explorer.present import Columns, unit_factor
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.shared.curves import Axis, Curve, Curves, Plot, curve, inside
+from vibroscope.app.page.shared.curves import AddedCurves, Axis, Curve, Curves, Plot, curve, inside
 from vibroscope.app.page.shared.figure import (
     BARE,
     BLUE,
     INK,
     PARTS,
+    PIN_NAMES,
+    PINS,
     RIGHT,
     SOLUTIONS,
     SUBSCRIPTS,
     VERMILLION,
-    PinnedCurves,
     add_glyph,
     divisor,
     hover_tool,
@@ -42,7 +43,6 @@ from vibroscope.app.page.shared.ranges import extent, fitted_range
 from vibroscope.app.page.shared.seen import amount, amplitude, apart, largest, of_both, say
 from vibroscope.engine.facts import Statement, joined, stated
 
-_STATE = ("x1", "v1", "x2", "v2")
 _CURVES = {f"{solver}{number}": (solver, number) for solver in SOLUTIONS for number in SUBSCRIPTS}
 _DASHES = {1: "solid", 2: "dashed"}  # of the bodies
 _THIN, _THIN_FROM = 1.0, 700  # px; points from which lines are thin, so that many loops do not merge into an area
@@ -118,8 +118,46 @@ def _force(solver: str, layer: int) -> list[Curve]:
     return [curve(Line, f"force_{solver}", x="t", y="force", **SOLUTIONS[solver], layer=layer)]
 
 
+def _pin(number: int) -> AddedCurves:
+    """The curves of a pinned result, below the live ones."""
+    colour, dash = PINS[number]
+    looks = {
+        "reference": {"line_color": colour, "line_width": 3, "line_alpha": 0.35},
+        "penalty": {"line_color": colour, "line_width": 1.6, "line_dash": dash},
+    }
+
+    def like(live: str, solver: str, x: str, y: str) -> Curve:
+        return curve(Line, f"pinned{number + 1}_{live}", x=x, y=y, level="underlay", **looks[solver])
+
+    lines = {f"phase{n}": [like(f"phase_{s}", s, f"x{n}", f"v{n}") for s in SOLUTIONS] for n in SUBSCRIPTS}
+    lines["displacement"] = [like("displacements", solver, "t", name) for name, (solver, _) in _CURVES.items()]
+    lines["force"] = [like(f"force_{solver}", solver, "t", "force") for solver in SOLUTIONS]
+    return AddedCurves(PIN_NAMES[number], f"pin {number + 1}", lines)
+
+
+def _closed() -> AddedCurves:
+    """One cycle of a motion of a branch."""
+    look = {"line_color": INK, "line_width": 1.8, "line_dash": "dotted"}
+    lines = {f"phase{n}": [curve(Line, "phase_closed", x=f"x{n}", y=f"v{n}", **look)] for n in SUBSCRIPTS}
+    return AddedCurves("branch", "branch", lines)
+
+
+def _measured() -> AddedCurves:
+    """The points of a measurement; over time those of body 2 are hollow."""
+    look = {"size": 3, "line_color": INK, "line_width": 0.8}
+    points = {
+        f"phase{n}": [curve(Scatter, "measured_phase", x=f"x{n}", y=f"v{n}", fill_color=INK, **look)]
+        for n in SUBSCRIPTS
+    }
+    fills = {"x1": INK, "x2": None}
+    points["displacement"] = [
+        curve(Scatter, "measured_time", x="t", y=name, fill_color=fill, **look) for name, fill in fills.items()
+    ]
+    return AddedCurves("measured", "measured", points)
+
+
 class MotionView(Curves):
-    """The five figures, and the curves of pinned results in them."""
+    """The five figures, and what is drawn beside both solutions in them: pins, a motion of a branch, a measurement."""
 
     axes = {  # noqa: RUF012 - read only
         "time": Axis(0, SHOWN_PERIODS),
@@ -152,15 +190,14 @@ class MotionView(Curves):
         **dict.fromkeys(("section_reference", "section_penalty"), ("eta",)),
         "displacements": tuple(f"{solver}_v{number}" for solver, number in _CURVES.values()),
         **dict.fromkeys(("strip_reference", "strip_penalty"), ("left", "right")),
-        "phase_closed": _STATE,  # a motion of a branch
     }
 
     def __init__(self) -> None:
         super().__init__()
         self.on_legend: Callable[[str, str, LegendItem], None] = lambda *_: None  # called with each new legend entry
-        self.measured: Mapping[str, Columns] = {"phase": {}, "displacements": {}}  # points of a measurement
+        self.pins, self.closed, self.measured = [_pin(number) for number in range(len(PINS))], _closed(), _measured()
+        self.added = [*self.pins, self.closed, self.measured]
         self._backgrounds: list[ColumnDataSource] = []  # of the strip
-        self._closed_items: list[LegendItem] = []
         for name in ("phase1", "phase2"):
             self.figures[name].xaxis.ticker.desired_num_ticks = 4  # narrow beside numbers such as −0.002
         for name in PARTS:
@@ -168,16 +205,6 @@ class MotionView(Curves):
         self._hover_displacements()
         self._hover_forces()
         self.figures["strip"] = self._strip()
-        phases = {f"phase{n}": [(f"phase_{s}", f"x{n}", f"v{n}", s) for s in SOLUTIONS] for n in SUBSCRIPTS}
-        moved = [("displacements", "t", name, solver) for name, (solver, _) in _CURVES.items()]
-        forces = [(f"force_{solver}", "t", "force", solver) for solver in SOLUTIONS]
-        pinned = phases | {"displacement": moved, "force": forces}
-        self.pinned = PinnedCurves(
-            {
-                self.figures[name]: [(self.sources[source], *how) for source, *how in lines]
-                for name, lines in pinned.items()
-            }
-        )
 
     def _hover_displacements(self) -> None:
         """Add a hover tool that follows a line without ink: were its renderers changed, Bokeh would walk all models."""
@@ -247,44 +274,32 @@ class MotionView(Curves):
                 points = len(self.sources[f"phase_{solver}"].data["x1"])
                 line = self.items[name, solver].renderers[0].glyph
                 line.line_width = look["line_width"] if points <= _THIN_FROM else _THIN
-            for column in columns:
-                beside = [self.closed.data[column], *self._measured_columns("phase", column)]
-                beside += [each for solver in SOLUTIONS for each in self.pinned.columns(f"phase_{solver}", column)]
-                self.follow(column, fresh=fresh, beside=beside)
+            for side, column in zip("xy", columns, strict=True):
+                self.follow(column, fresh=fresh, beside=self._beside(name, side))
 
-    def _measured_columns(self, kind: str, *names: str) -> list[np.ndarray]:
-        return [self.measured[kind][name] for name in names if self.measured[kind]]
+    # -- beside both solutions ---------------------------------------------------------
 
-    @property
-    def closed(self) -> ColumnDataSource:
-        """A motion of a branch."""
-        return self.sources["phase_closed"]
+    def draw_beside(
+        self, pinned: Sequence[Mapping[str, Columns]], closed: Columns, measured: Mapping[str, Columns]
+    ) -> list[AddedCurves]:
+        """Draw pinned results, a motion of a branch and a measurement; returns the curves that are missing for that."""
+        for number, pin in enumerate(self.pins):
+            live = {name: name.partition("_")[2] for name in pin.sources} if number < len(pinned) else {}
+            pin.show({name: pinned[number].get(source, {}) for name, source in live.items()})
+        self.closed.show({"phase_closed": closed} if closed else {})
+        self.measured.show({name: columns for name, columns in measured.items() if len(columns["x1"])})
+        return [each for each in self.added if each.missing]
 
-    def draw_closed(self, columns: Columns) -> None:
-        """Draw one cycle of a motion over both solutions, or none, once there is a curve for it (`add_closed`)."""
-        self.write("phase_closed", columns)
-        for item in self._closed_items:
-            show_entry(item, bool(columns))
+    def add(self, missing: Sequence[AddedCurves]) -> None:
+        """Add these curves to the figures, unless they are there."""
+        for curves in missing:
+            is_new = not curves.items
+            curves.add(self.figures)
+            for name, item in curves.items.items() if is_new else ():
+                self.on_legend(name, curves.entry, item)
 
-    def add_closed(self) -> None:
-        """Add the curve that `draw_closed` draws, unless it is there."""
-        if not self.has_closed:
-            look = {"line_color": INK, "line_width": 1.8, "line_dash": "dotted"}
-            curves = {f"phase{n}": [Line(x=f"x{n}", y=f"v{n}", **look)] for n in SUBSCRIPTS}
-            self._closed_items = [self.add_entry(name, "branch", each, self.closed) for name, each in curves.items()]
-
-    @property
-    def has_closed(self) -> bool:
-        """Whether there is a curve that `draw_closed` draws."""
-        return bool(self._closed_items)
-
-    def add_entry(self, name: str, entry: str, glyphs: Sequence[Glyph], source: ColumnDataSource) -> LegendItem:
-        """Add these glyphs to a figure, and their entry to its legend, which is called by its name in a link."""
-        plot = self.figures[name]
-        item = LegendItem(label=entry, renderers=[add_glyph(plot, glyph, source) for glyph in glyphs])
-        plot.legend[0].items = [*plot.legend[0].items, item]
-        self.on_legend(name, entry, item)
-        return item
+    def _beside(self, name: str, side: str) -> list[np.ndarray]:
+        return [column for curves in self.added for column in curves.along(name, side)]
 
     # -- displacements, or their difference ----------------------------------------------
 
@@ -301,8 +316,7 @@ class MotionView(Curves):
         drawn = self.sources["displacements"].data
         between = [drawn[f"reference{n}"] - drawn[f"penalty{n}"] for n in SUBSCRIPTS]
         self.say("displacement", apart(between, setting), setting)
-        shown = [*(drawn[name] for name in _CURVES), *self._measured_columns("displacements", "x1", "x2")]
-        shown += self.pinned.columns("displacements", *_CURVES)
+        shown = [*(drawn[name] for name in _CURVES), *self._beside("displacement", "y")]
         self.ranges["displacement"].follow(shown, fresh=fresh or switched)
 
     def _name_curves(self, setting: Setting) -> None:
@@ -347,7 +361,8 @@ class MotionView(Curves):
         for name in PARTS:
             show_entry(self.items["displacement", name], differs)
         self._follow_visible()
-        self.pinned.draw("displacement", not differs)
+        for curves in self.added:
+            curves.draw("displacement", not differs)
         return switched
 
     def _seen_in_strip(self, setting: Setting) -> str:
@@ -385,9 +400,8 @@ class MotionView(Curves):
         self.say("force", _seen(forces, impulses, setting), setting)
         # in view at least, where there is no contact, too; the forces of some systems are far below it
         one = min(largest(forces) or math.inf, unit_factor("force", setting))
-        pins = [column for solver in SOLUTIONS for column in self.pinned.columns(f"force_{solver}", "force")]
         always = -one if setting.stops == "two" else 0.0, one
-        self.follow("force", fresh=fresh, beside=pins, always=always)
+        self.follow("force", fresh=fresh, beside=self._beside("force", "y"), always=always)
         self._follow_impulses(impulses, fresh)
 
     def _follow_impulses(self, impulses: list, fresh: bool) -> None:

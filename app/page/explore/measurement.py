@@ -3,10 +3,9 @@
 The file stays in the memory of the session. No link holds it, and no log.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import param
-from bokeh.models import ColumnDataSource, LegendItem, Scatter
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.field_units import shown_content, shown_text, words_of_change
 from vibroscope.app.explorer.measured import (
@@ -25,10 +24,7 @@ from vibroscope.app.explorer.measured import (
 from vibroscope.app.explorer.present import Columns
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.asker import Asker
-from vibroscope.app.page.explore.figures import MotionView
 from vibroscope.app.page.shared.component import LONGEST_NAME, Component, Upload, too_large
-from vibroscope.app.page.shared.figure import INK, SUBSCRIPTS, empty_source, write
-from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.runtime.job import Answer
 from vibroscope.engine import FITTED, Fit, MeasuredComparison, UnknownColumns, fitted_names, measured_verdict
@@ -266,41 +262,3 @@ def _reference_key(setting: Setting) -> object:
 def _key(setting: Setting) -> object:
     """Everything that a comparison depends on."""
     return *_reference_key(setting), setting.penalty
-
-
-class MeasuredPoints:
-    """The points of a measurement in the figures, once `add` has been called."""
-
-    def __init__(self, motion: MotionView) -> None:
-        self._motion = motion
-        self._sources: dict[str, ColumnDataSource] = {}
-        self._items: list[tuple[str, LegendItem]] = []  # with the name of their source
-
-    def update(self, placed: Placed) -> None:
-        """Draw these points, and give them to the figures, whose axes follow them."""
-        columns: Mapping[str, Columns] = {"measured_phase": placed.phase, "measured_time": placed.displacements}
-        self._motion.measured = {"phase": placed.phase, "displacements": placed.displacements}
-        for name, source in self._sources.items():
-            write(source, columns[name])
-        for name, item in self._items:
-            show_entry(item, len(columns[name]["x1"]) > 0)
-
-    @property
-    def added(self) -> bool:
-        """Whether `add` has been called."""
-        return bool(self._sources)
-
-    def add(self) -> None:
-        """Add the points to the figures, unless they are there."""
-        if self.added:
-            return
-        shape = {"measured_phase": NOWHERE.phase, "measured_time": NOWHERE.displacements}
-        self._sources = {name: empty_source(name, *columns) for name, columns in shape.items()}
-        places = [(f"phase{n}", "measured_phase", [(f"x{n}", f"v{n}")]) for n in SUBSCRIPTS]
-        places.append(("displacement", "measured_time", [("t", "x1"), ("t", "x2")]))
-        for figure, name, axes in places:
-            dots = [
-                Scatter(x=x, y=y, size=3, fill_color=INK if n == 0 else None, line_color=INK, line_width=0.8)
-                for n, (x, y) in enumerate(axes)
-            ]
-            self._items.append((name, self._motion.add_entry(figure, "measured", dots, self._sources[name])))

@@ -9,6 +9,7 @@ import param
 from vibroscope.app.explorer.compute import RunPair
 from vibroscope.app.explorer.explanation import Description, Explanation, describe, paragraphs
 from vibroscope.app.explorer.field_units import shown_content, words_of_change
+from vibroscope.app.explorer.method_words import name_of_integrator
 from vibroscope.app.explorer.motion_kind import Kinds, with_kinds
 from vibroscope.app.explorer.present import Columns, present
 from vibroscope.app.explorer.state import Setting
@@ -38,30 +39,23 @@ class Findings(Component):
     script = "explore/findings"
     sheets = ("shared/scroll_cue",)
 
-    def update(
-        self,
-        description: Description,
-        explanation: Explanation | None,
-        kinds: Kinds | None,
-        *,
-        shipped: bool = False,
-        offer: str = "",
-        solver: str = "Newmark",
-    ) -> None:
-        """Show a new description; until its explanation is known, the previous one stays, greyed.
+    def show(self, found: "Interpretation") -> None:
+        """Show a result; until its explanation is known, the previous one stays, greyed.
 
-        Kinds of motion that are not known yet are not shown. ``shipped``: all this comes with the package and was not
-        computed on this machine. ``offer``: the change to try, in words. ``solver``: the name of
-        the penalty solution's integrator.
+        Kinds of motion that are not known yet are not shown.
         """
-        # lists, as the browser's side has them
-        cost = [list(chip) for chip in description.cost]
-        new = description.lines(explanation) | {"cost": cost, "shipped": shipped, "solver": solver}
-        new["kinds"] = {name: list(map(str, kind)) for name, kind in (kinds or {}).items()}
+        result, explanation = found.result, found.shown_explanation
+        new = result.description.lines(explanation) | {
+            "cost": [list(chip) for chip in result.description.cost],  # lists, as the browser's side has them
+            "shipped": result.shipped is not None,
+            "solver": name_of_integrator(result.setting.integrator),
+            "kinds": {name: list(map(str, kind)) for name, kind in (found.shown_kinds or {}).items()},
+        }
         if explanation is None:
             new = self.content | new | {"pending": True}
         else:
-            new |= {name: getattr(explanation, name) for name in _EXPLANATION_FIELDS} | {"offer": offer}
+            new |= {name: getattr(explanation, name) for name in _EXPLANATION_FIELDS}
+            new["offer"] = words_of_change(explanation.change, result.setting)
             new["bars"] = [[name, *_MEANINGS[name], value, percent(value)] for name, value in explanation.parts.items()]
         if new != self.content:
             self.content = new
@@ -99,12 +93,6 @@ class Interpretation:
     def shown_kinds(self) -> Kinds | None:
         """The kinds of the motions, their evidence in the units of the setting."""
         return shown_content(self.kinds, self.result.setting.scale)
-
-    @property
-    def offer(self) -> str:
-        """The words of the change that the explanation proposes; empty while it is not known."""
-        explanation = self.shown_explanation
-        return words_of_change(explanation.change, self.result.setting) if explanation else ""
 
     def paragraphs(self) -> dict[str, str]:
         """The text of the findings by headings."""

@@ -10,27 +10,28 @@ from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.explanation import AloneFacts, Explanation
 from vibroscope.app.explorer.link import LINEAR, View, ViewChoice
 from vibroscope.app.explorer.measured import Placed
-from vibroscope.app.explorer.method_words import name_of_integrator
 from vibroscope.app.explorer.motion_kind import Kinds
-from vibroscope.app.explorer.presets import scene_key
+from vibroscope.app.explorer.presets import Preset, preset_of
 from vibroscope.app.explorer.shipped import shipped_result
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.drawing import Drawing
 from vibroscope.app.export.formats import Figure, Series
 from vibroscope.app.export.scripts import as_command
-from vibroscope.app.page.explore.alone import AloneView
+from vibroscope.app.export.tables import DIFFERENCE, FIGURES, columns_in_units, difference_table, figure_table
+from vibroscope.app.page.explore.alone import NUMBERS, AloneView
 from vibroscope.app.page.explore.column_sender import ColumnSender
 from vibroscope.app.page.explore.comparison import PinComparison, PinnedResults
-from vibroscope.app.page.explore.drawn import DrawnFigures
+from vibroscope.app.page.explore.drawn import body_drawing, front_drawing
 from vibroscope.app.page.explore.eta_map import EtaMapView, MapPoints, MapSource
 from vibroscope.app.page.explore.explainer import Explainer, MotionJudge
 from vibroscope.app.page.explore.figures import MotionView
-from vibroscope.app.page.explore.measurement import MeasuredPoints, Overlay
+from vibroscope.app.page.explore.measurement import Overlay
 from vibroscope.app.page.explore.mechanism import Mechanism
 from vibroscope.app.page.explore.other_motions import CoexistingMotions, OpenedMotion
 from vibroscope.app.page.explore.result import Findings, Interpretation, Result, prepare
 from vibroscope.app.page.explore.suggest import Suggester
 from vibroscope.app.page.files import style
+from vibroscope.app.page.shared.declared import declared
 from vibroscope.app.page.shared.figure import PIN_NAMES
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.tab import COMPUTING, Look, Move, TabHost, TabView
@@ -39,6 +40,8 @@ from vibroscope.engine import Units
 from vibroscope.engine.simulate import LONGEST_FLIGHT
 
 _GRID = "explore-grid"  # a class of `explore.css`
+_SINGLE = {"diagram": "reference", "front": "found", "comparison": "compared"}  # figures with one series: its label
+_ALONE = "alone_"  # begins the names of the figures over each number alone
 # Entries of legends that come after those of pins.
 _LATER = dict.fromkeys(("phase1", "phase2"), ("measured", "branch")) | {"displacement": ("measured",), "force": ()}
 
@@ -64,13 +67,13 @@ class Explore(TabView):
         self._explainer = Explainer(host, lambda: self._visible, self._show_explanation, self._show_alone)
         self._judge = MotionJudge(host, self._show_kinds)
         self._kinds: Kinds | None = None
-        self._pinned = PinnedResults(host, self._draw_pinned)
-        self._measured = Overlay(host, self._draw_measured)
+        self._pinned = PinnedResults(host, self._redraw)
+        self._measured = Overlay(host, self._redraw)
         self._map = MapSource(host, self._redraw_map)
         self._explanation: Explanation | None = None
         self._visible = False
         self._fresh = False  # the next update fits all axes to the data
-        self._scene = ""
+        self._scene: Preset | None = None
         self._result: Result | None = None
         self._scale: Units | None = None  # the units of the axes
 
@@ -88,17 +91,15 @@ class Explore(TabView):
         self._suggester = Suggester(self.host)
         self._coexisting = CoexistingMotions(self.host)
         self._opened = OpenedMotion()
-        self._opened.on_close = self._redraw_phase
+        self._opened.on_close = self._redraw
         self._followers = (self._suggester, self._coexisting, self._opened)
         self.ranges = self.motion.ranges | self.eta_map.ranges
         figures = [self.motion.figures[name] for name in ("phase1", "phase2", "displacement", "strip", "force")]
         figures.append(self.eta_map.figure)
         self.muting = Muting(self.legends, self.motion.items)
-        self.motion.on_legend = self.motion.pinned.on_legend = self.muting.watch
-        self._points = MeasuredPoints(self.motion)
+        self.motion.on_legend = self.muting.watch
         self._measured.button.css_classes = [*self._measured.button.css_classes, "measurement-choice"]
         self.comparison = PinComparison()
-        self._drawn = DrawnFigures(self.motion, self.comparison, self._suggester, self.eta_map, self._alone)
         grid = style("explore/explore")
         cards = self._opened, self._measured.panel, self.comparison
         for card in cards:
@@ -136,7 +137,7 @@ class Explore(TabView):
         self.mechanism.on_hold = on_change
 
         def closed() -> None:
-            self._redraw_phase()
+            self._redraw()
             on_change()
 
         self._opened.on_close = closed
@@ -199,20 +200,51 @@ class Explore(TabView):
     # -- files to take away ------------------------------------------------------------
 
     def figures(self) -> list[Figure]:
-        """All figures once there is a result."""
-        return self._drawn.figures(self._result) if self._result else []
+        """All figures once there is a result; the map, a suggestion and curves over numbers once they are found."""
+        if self._result is None:
+            return []
+        figures = FIGURES | ({"displacement": DIFFERENCE} if self._draws_difference else {})
+        ready = {"diagram": self.eta_map.ready, "front": bool(self._suggester.front)}
+        ready |= {f"{_ALONE}{number}": number in self._alone.numbers for number in NUMBERS}
+        ready |= {"comparison": bool(self.comparison.rows), "phase2": self._result.setting.bodies != "wall"}
+        return [figure for figure in figures.values() if ready.get(figure.name, True)]
 
     def table(self, name: str) -> list[Series]:
         """The columns that are drawn, in the units of the setting."""
-        return self._drawn.table(name, self._result, self._place())
+        setting, columns = self._result.setting, self.data()
+        if name.startswith(_ALONE):
+            return self._alone.table(name.removeprefix(_ALONE))
+        if name in _SINGLE:
+            return [Series(_SINGLE[name], columns[name])]
+        if name == "displacement" and self._draws_difference:
+            return difference_table(columns["difference"], setting.coordinate, setting.scale)
+        located, wall = setting.located == "yes", setting.bodies == "wall"
+        return figure_table(name, columns, setting.scale, located=located, wall=wall)
 
     def drawing(self, name: str, look: Look) -> Callable[[], Drawing]:
         """A function that gives one of the figures."""
-        return self._drawn.drawing(name, self._result, look) or super().drawing(name, look)
+        if name == "mechanism":
+            return lambda: body_drawing(look.bodies, dark=look.dark)
+        if name.startswith(_ALONE):  # folded at first, and not on the page then
+            alone = declared(self._alone.figures[name.removeprefix(_ALONE)], dark=look.dark)
+            return lambda: alone
+        if name == "front":
+            return partial(front_drawing, self._suggester.front, self._suggester.tolerance, dark=look.dark)
+        return super().drawing(name, look)
 
     def data(self) -> dict[str, object]:
-        """The columns of all sources and figures."""
-        return self._drawn.data(self._result, self._place())
+        """The columns of all sources, of the difference, the map, a suggestion and a measurement."""
+        scale, front, placed = self._result.setting.scale, self._suggester.front, self._place()
+        more = {"difference": dict(self.motion.sources["difference"].data)} if self._draws_difference else {}
+        more |= {"front": front} if front else {}
+        more |= {"comparison": columns_in_units(self.comparison.table, scale)} if self.comparison.rows else {}
+        more |= {"alone": self._alone.facts} if self._alone.facts else {}
+        more |= {"measured": placed._asdict()} if len(placed.phase["x1"]) else {}
+        return {**self._result.columns, **more, "diagram": columns_in_units(self.eta_map.in_view(), scale)}
+
+    @property
+    def _draws_difference(self) -> bool:
+        return self._result.setting.frame == "difference"
 
     def words(self) -> dict[str, str]:
         """The text of the findings."""
@@ -264,17 +296,16 @@ class Explore(TabView):
     def _draw(self, result: Result) -> None:
         """Change all figures in place."""
         setting = result.setting
-        scene = scene_key(setting)
+        scene = preset_of(setting)
         if self._fresh:
             self.unzoom()
-        fresh = self._fresh or (bool(scene) and scene != self._scene) or setting.scale != self._scale
+        fresh = self._fresh or (scene is not None and scene != self._scene) or setting.scale != self._scale
         self._result, self._scene, self._scale, self._fresh = result, scene, setting.scale, False
         self._arrange(setting)
         self.ranges["time"].put(0, shown_periods(setting) * setting.period, fresh=fresh)
         self._measured.follow(setting)
-        self._draw_points()
-        self._draw_closed(setting)
         self._pinned.follow(setting)
+        self._draw_beside()
         for name, shown in result.columns.items():
             self._sender.put(self.motion.sources[name], shown)
         self._sender.send()
@@ -294,44 +325,24 @@ class Explore(TabView):
         self.motion.figures["phase2"].visible = not at_wall
         self._grid.css_classes = [_GRID, "at-wall"] if at_wall else [_GRID]
 
-    def _draw_pinned(self) -> None:
-        drawn = self._pinned.columns(self._result.setting)
-        pinned = self.motion.pinned
-        if len(drawn) > pinned.room:
-            self.host.add_models(partial(pinned.make_room, len(drawn)), self._redraw_pinned)
-        pinned.update(drawn)
-        self.motion.update(self._result.setting, fresh=False)
-        self._compare()
+    def _draw_beside(self) -> None:
+        """Draw pins, a motion of a branch and a measurement beside both solutions."""
+        setting, placed = self._result.setting, self._place()
+        points = {"measured_phase": placed.phase, "measured_time": placed.displacements}
+        missing = self.motion.draw_beside(self._pinned.columns(setting), self._opened.columns(setting), points)
+        if missing:
+            self.host.add_models(partial(self.motion.add, missing), self._redraw)
 
-    def _redraw_pinned(self) -> None:
-        with pn.io.hold(self.host.doc):
-            self._draw_pinned()
-
-    def _draw_closed(self, setting: Setting) -> None:
-        columns = self._opened.columns(setting)
-        if columns and not self.motion.has_closed:
-            self.host.add_models(self.motion.add_closed, self._redraw_phase)
-        self.motion.draw_closed(columns)
-
-    def _redraw_phase(self) -> None:
-        with pn.io.hold(self.host.doc):
-            self._draw_closed(self._result.setting)
-            self.motion.update(self._result.setting, fresh=False)
+    def _redraw(self) -> None:
+        """Draw again what stands beside both solutions."""
+        if self._result is not None:
+            with pn.io.hold(self.host.doc):
+                self._draw_beside()
+                self.motion.update(self._result.setting, fresh=False)
+                self._compare()
 
     def _place(self) -> Placed:
         return self._measured.placed(self._result.setting, self._result.columns["displacements"])
-
-    def _draw_measured(self) -> None:
-        if self._result is not None:
-            with pn.io.hold(self.host.doc):
-                self._draw_points()
-                self.motion.update(self._result.setting, fresh=False)
-
-    def _draw_points(self) -> None:
-        placed = self._place()
-        if len(placed.phase["x1"]) and not self._points.added:
-            self.host.add_models(self._points.add, self._draw_measured)
-        self._points.update(placed)
 
     def _compare(self) -> None:
         """Show the numbers of the pinned settings beside those of the present one."""
@@ -360,11 +371,11 @@ class Explore(TabView):
 
     def _show_kinds(self, kinds: Kinds) -> None:
         self._kinds = kinds
-        self._write_findings()
+        self.findings.show(self._interpretation)
 
     def _update_findings(self, explanation: Explanation | None) -> None:
         self._explanation = explanation
-        self._write_findings()
+        self.findings.show(self._interpretation)
         self.motion.explain(explanation.series if explanation else {}, self._result.setting)
         self._compare()
         if explanation is None:
@@ -374,12 +385,6 @@ class Explore(TabView):
             self._draw_alone(explanation.alone)
             self._suggester.offer(explanation)
             self.host.summarise(self._interpretation.summary())
-
-    def _write_findings(self) -> None:
-        result, found = self._result, self._interpretation
-        more = {"shipped": result.shipped is not None, "offer": found.offer}
-        more["solver"] = name_of_integrator(result.setting.integrator)
-        self.findings.update(result.description, found.shown_explanation, found.shown_kinds, **more)
 
     @property
     def _interpretation(self) -> Interpretation:

@@ -7,6 +7,7 @@ is seen. Its sources, ranges and legend entries follow from the tables, and so d
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
+from itertools import chain
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -27,6 +28,7 @@ from vibroscope.app.page.shared.figure import (
     quantity_axis,
     write,
 )
+from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.ranges import MARGIN, OwnedRange, UnitAxis, extent
 from vibroscope.app.page.shared.seen import say
 from vibroscope.engine.facts import Statement
@@ -291,6 +293,66 @@ class Curves:
             if plot.axis(side, each) == name
             for column in each.columns(side)
         ]
+
+
+class AddedCurves:
+    """Curves that come to the figures of a view when there is something to draw: of a pin, a branch, a measurement.
+
+    Each has an entry in the legend of each of its figures.
+
+    Parameters
+    ----------
+    entry, label : str
+        Name of the entries in a link, and in the legends.
+    curves : mapping of str to sequence of Curve
+        By figure; their sources are theirs alone.
+    """
+
+    def __init__(self, entry: str, label: str, curves: Mapping[str, Sequence[Curve]]) -> None:
+        self.entry, self._label, self._curves = entry, label, curves
+        columns: dict[str, list[str]] = {}
+        for each in chain(*curves.values()):
+            columns.setdefault(each.source, []).extend(each.columns(*_PLACES))
+        self.sources = {name: empty_source(name, *of) for name, of in columns.items()}
+        self.items: dict[str, LegendItem] = {}  # by figure, once they are there
+        self._drawn: set[str] = set()  # sources with something to draw
+        self._away: set[str] = set()  # figures that draw none
+
+    @property
+    def missing(self) -> bool:
+        """Whether there is something to draw, and no curve for it: `add` adds them."""
+        return bool(self._drawn) and not self.items
+
+    def add(self, figures: Mapping[str, figure]) -> None:
+        """Add the curves and their entries to the figures, unless they are there."""
+        for name, curves in self._curves.items() if not self.items else ():
+            plot = figures[name]
+            parts = [add_glyph(plot, c.glyph(**c.look), self.sources[c.source], level=c.level) for c in curves]
+            self.items[name] = LegendItem(label=self._label, renderers=parts)
+            plot.legend[0].items = [*plot.legend[0].items, self.items[name]]
+        self._show()
+
+    def show(self, columns: Mapping[str, Mapping[str, np.ndarray]]) -> None:
+        """Draw the columns of these sources; entries of others are hidden."""
+        for name, source in self.sources.items():
+            write(source, as_float32({each: columns.get(name, {}).get(each, ()) for each in source.data}))
+        self._drawn = {*columns}
+        self._show()
+
+    def draw(self, name: str, drawn: bool) -> None:
+        """Whether they are drawn in this figure."""
+        (self._away.discard if drawn else self._away.add)(name)
+        self._show()
+
+    def along(self, name: str, side: str) -> list[np.ndarray]:
+        """What is drawn along a side of a figure, for the range of its axis."""
+        curves = self._curves.get(name, ())
+        return [self.sources[each.source].data[column] for each in curves for column in each.columns(side)]
+
+    def _show(self) -> None:
+        for name, item in self.items.items():
+            drawn = any(each.source in self._drawn for each in self._curves[name])
+            show_entry(item, drawn and name not in self._away)
 
 
 # ---- cells of a study, as a picture whose every pixel is a class of a palette ----------------------------------------

@@ -1,7 +1,7 @@
 """Shared by all figures: colours, fonts, margins, and changing the data of a source in place."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from bokeh.models import (
@@ -11,8 +11,6 @@ from bokeh.models import (
     HoverTool,
     Label,
     Legend,
-    LegendItem,
-    Line,
     NoOverlap,
     Span,
 )
@@ -21,7 +19,6 @@ from bokeh.themes import Theme
 from vibroscope.app.explorer.compute import free_text
 from vibroscope.app.explorer.field_units import held_in_words, unit_of
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.engine import PART_NAMES
 
@@ -289,79 +286,6 @@ def time_label(setting: Setting) -> str:
     if not setting.is_driven:
         which = free_text(setting.system, setting.eta, setting.initial)
     return f"time {'τ/T' if setting.scale is None else 't / s'} in {which}"
-
-
-class PinnedCurves:
-    """The curves of pinned results in the figures of a view, below the live ones: of as many as there is room for.
-
-    Parameters
-    ----------
-    lines : mapping
-        For each figure, the curves of one result: the live source, the names of its columns x and y, and the solver,
-        which is "reference" or "penalty".
-    """
-
-    def __init__(self, lines: Mapping[figure, Sequence[tuple[ColumnDataSource, str, str, str]]]) -> None:
-        self.on_legend: Callable[[str, str, LegendItem], None] = lambda *_: None  # called with each new legend entry
-        self._lines = lines
-        self._sources: list[dict[str, ColumnDataSource]] = []  # of each pin, by the name of the live source
-        self._items: list[dict[str, LegendItem]] = []  # of each pin, by figure
-        self._pinned, self._away = 0, set[str]()  # how many there are, and the figures that draw none
-
-    @property
-    def room(self) -> int:
-        """The number of results whose curves have been added."""
-        return len(self._sources)
-
-    def make_room(self, count: int) -> None:
-        """Add the curves of so many results to all figures, as far as they are not there yet."""
-        while len(self._sources) < count:
-            self._add(len(self._sources))
-
-    def update(self, results: Sequence[Mapping[str, Mapping[str, np.ndarray]]]) -> None:
-        """Show the columns of each pinned result by source; one without columns is not there yet."""
-        for number, sources in enumerate(self._sources):
-            for name, source in sources.items():
-                columns = results[number].get(name, {}) if number < len(results) else {}
-                write(source, {column: columns.get(column, np.empty(0, np.float32)) for column in source.data})
-        self._pinned = len(results)
-        self._show()
-
-    def columns(self, source: str, *names: str) -> list[np.ndarray]:
-        """Columns of all pinned results, for the range of an axis."""
-        return [sources[source].data[name] for sources in self._sources for name in names]
-
-    def draw(self, name: str, drawn: bool) -> None:
-        """Whether pinned results are drawn in this figure."""
-        (self._away.discard if drawn else self._away.add)(name)
-        self._show()
-
-    def _add(self, number: int) -> None:
-        """Add the curves of one more pin to all figures."""
-        colour, dash = PINS[number]
-        looks = {
-            "reference": {"line_color": colour, "line_width": 3, "line_alpha": 0.35},
-            "penalty": {"line_color": colour, "line_width": 1.6, "line_dash": dash},
-        }
-        live = {source.name: source for lines in self._lines.values() for source, *_ in lines}
-        sources = {name: empty_source(f"pinned{number + 1}_{name}", *source.data) for name, source in live.items()}
-        items = {}
-        for plot, lines in self._lines.items():
-            renderers = [
-                add_glyph(plot, Line(x=x, y=y, **looks[solver]), sources[source.name], level="underlay")
-                for source, x, y, solver in lines
-            ]
-            item = LegendItem(label=f"pin {number + 1}", renderers=renderers)
-            plot.legend[0].items = [*plot.legend[0].items, item]
-            self.on_legend(plot.name, PIN_NAMES[number], item)
-            items[plot.name] = item
-        self._sources.append(sources)
-        self._items.append(items)
-
-    def _show(self) -> None:
-        for number, items in enumerate(self._items):
-            for name, item in items.items():
-                show_entry(item, number < self._pinned and name not in self._away)
 
 
 def empty_source(name: str | None, *columns: str) -> ColumnDataSource:
