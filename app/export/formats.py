@@ -50,7 +50,6 @@ class Series(NamedTuple):
 
 
 _OF_SYSTEM = ("system", "excitation", "physical")  # tables of a system file beside [units]
-_LARGEST_FILE = 65_536  # bytes, as in `take_away.js`
 _UNITS = {"omega1": "omega1", "m1": "m1", "amplitude": "base_amplitude"}  # name of the parameter: name in `Units`
 
 
@@ -70,15 +69,6 @@ def units_table(units: Units) -> list[str]:
     """Lines of the table [units] of a system file, as `engine.read_system` reads it."""
     comments = {"omega1": "1/s", "m1": "kg", "base_amplitude": "mm"}
     return ["[units]", *(f"{name} = {getattr(units, name)!r}  # {unit}" for name, unit in comments.items())]
-
-
-def join_parts(parts: object) -> str:
-    """The text of a file that the browser sends in numbered parts; raises ValueError if it is too large."""
-    texts = parts.values() if isinstance(parts, dict) else []
-    text = "".join(part for part in texts if isinstance(part, str))
-    if len(text.encode(errors="replace")) > _LARGEST_FILE:
-        raise ValueError(f"it is larger than {_LARGEST_FILE} bytes")
-    return text
 
 
 class Loaded(NamedTuple):

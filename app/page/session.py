@@ -32,10 +32,10 @@ from vibroscope.app.explorer.typed import plain_texts
 from vibroscope.app.page.address import THEMES, Address
 from vibroscope.app.page.controls.controls import Controls
 from vibroscope.app.page.header.header import Header
-from vibroscope.app.page.shared.component import Acts
+from vibroscope.app.page.shared.component import Acts, Upload
 from vibroscope.app.page.tab import Move, TabView
 from vibroscope.app.page.tabs import TABS, VIEWS, TabArea
-from vibroscope.app.page.take_away import TakeAway, offered_figures
+from vibroscope.app.page.take_away import LARGEST_FILE, TakeAway, offered_figures
 from vibroscope.app.page.updates import SessionLoop, UpdateChannel
 from vibroscope.app.runtime.compilation import compilation
 from vibroscope.engine import CompileProgress
@@ -57,7 +57,6 @@ def acts_of(session: "Session") -> Acts:
         "theme": (str, session.choose_theme),
         "view": (str, session.open),
         "take": (str, session.take),
-        "load": (object, session.load),
     }
 
 
@@ -141,6 +140,7 @@ class Session:
         self._take_away = TakeAway(self, self.header.send_file)
         for component in (self.controls, self.header):
             component.listen(**acts_of(self))
+        self.header.listen(**Upload(self._begin_file, self.load, LARGEST_FILE).acts)
         self.tab_area = TabArea(self, self._address.check_soon)
         self._open_view(opening.view, opening.state)
         self._follow_compilation()
@@ -245,9 +245,13 @@ class Session:
         address = f"?{self._address.link(view, view.shown_setting() or self.setting)}"
         self._take_away.request(asked, view, self.setting, address)
 
-    def load(self, parts: object) -> None:
+    def load(self, content: bytes) -> None:
         """Set the parameters of an uploaded file; the whole file is accepted, or nothing of it."""
-        self._take_away.load(parts, self._loaded)
+        self._take_away.load(content, self._loaded)
+
+    def _begin_file(self, name: str, size: float) -> None:
+        if size > LARGEST_FILE:
+            self.report_error(f"This file is larger than {LARGEST_FILE} bytes, so it is no parameter file.")
 
     def _loaded(self, read: Future) -> None:
         try:

@@ -19,7 +19,6 @@ from vibroscope.app.export.formats import (
     Loaded,
     as_csv,
     as_toml,
-    join_parts,
     loaded_from_toml,
     program,
 )
@@ -33,6 +32,7 @@ from vibroscope.engine.facts import sentence
 
 File = dict[str, str]  # name, type (of media), and text, or bytes in base64
 _PAGE = re.compile(r"https?://[^\s\"<>]{1,300}")
+LARGEST_FILE = 65_536  # bytes of parameters that the page takes, as in `take_away.js`
 _PICTURES = {"png": "image/png", "svg": "image/svg+xml", "pdf": "application/pdf"}
 
 
@@ -56,7 +56,7 @@ class TakeAway:
             self._writing = True
             _submit(write).add_done_callback(lambda done: self._host.call_later(partial(self._written, asked, done)))
 
-    def load(self, parts: object, on_read: Callable[[Future], None]) -> None:
+    def load(self, content: bytes, on_read: Callable[[Future], None]) -> None:
         """Read an uploaded file; ``on_read`` is called on the session's loop with a `Loaded`."""
         if self._reading:
             self._host.report_error("The last file is still being read: try again in a moment.")
@@ -68,7 +68,7 @@ class TakeAway:
             if not read.cancelled():
                 on_read(read)
 
-        _submit(read_upload, parts).add_done_callback(lambda read: self._host.call_later(partial(done, read)))
+        _submit(read_upload, content).add_done_callback(lambda read: self._host.call_later(partial(done, read)))
 
     def _written(self, what: str, done: Future) -> None:
         self._writing = False
@@ -209,6 +209,6 @@ def _write(name: str, kind: str, write: Callable[..., str], *args) -> File:
     return {"name": name, "type": kind, "text": write(*args)}
 
 
-def read_upload(parts: object) -> Loaded:
+def read_upload(content: bytes) -> Loaded:
     """Read an uploaded file; raises ValueError if this program did not write it."""
-    return loaded_from_toml(join_parts(parts))
+    return loaded_from_toml(content.decode("utf-8-sig", errors="replace"))

@@ -283,7 +283,7 @@ def test_frames_without_content_are_not_free(server, frames):
 
 def upload(text):
     parts = [text[begin : begin + 4000] for begin in range(0, len(text), 4000)]
-    return mapped({"load": mapped({str(number): part for number, part in enumerate(parts)})})
+    return mapped({"part": mapped({str(number): part for number, part in enumerate(parts)})})
 
 
 @pytest.mark.parametrize("compression", [None, {}])

@@ -26,7 +26,6 @@ def calls(message):
         ({"theme": "dark"}, call.choose_theme("dark")),
         ({"view": "help"}, call.open("help")),
         ({"take": "csv:force"}, call.take("csv:force")),
-        ({"load": {"0": "x"}}, call.load({"0": "x"})),
         ({"painted": 3}, call.painted(3)),
     ],
 )

@@ -68,7 +68,9 @@ def test_any_number_is_swept_by_a_solver_that_has_it_and_moving_it_asks_nothing(
     assert question.span == slider_range(over, System())
     assert tab.panel.chosen["solver"] in SWEPT[over].solvers
     named = (
-        "frequency η = Ω/ω₁, base displacement held" if over == "eta" else f"{SWEPT[over].choice} {SWEPT[over].field.label}"
+        "frequency η = Ω/ω₁, base displacement held"
+        if over == "eta"
+        else f"{SWEPT[over].choice} {SWEPT[over].field.label}"
     )
     assert named in tab.view.hover.tooltips[0][0]
     assert question.study().cells == len(question.axis)  # the engine takes it

@@ -125,11 +125,11 @@ def test_a_file_is_read_in_a_thread_one_at_a_time(monkeypatch):
     thread = SimpleNamespace(submit=lambda *job, **about: Future())
     monkeypatch.setattr(take_away, "pool", lambda *_: thread)
     files, read = take_away.TakeAway(Host(), None), []
-    files.load({"0": "x"}, read.append)
-    files.load({"0": "x"}, read.append)
+    files.load(b"x", read.append)
+    files.load(b"x", read.append)
     assert heard == ["The last file is still being read: try again in a moment."]
     assert read == []
     waiting.pop()()
     assert len(read) == 1
-    files.load({"0": "x"}, read.append)
+    files.load(b"x", read.append)
     assert len(waiting) == 1

@@ -5,7 +5,7 @@ import asyncio
 from vibroscope.app.explorer.link import VIEW_FIELDS
 from vibroscope.app.explorer.parameters import FIELDS
 from vibroscope.app.explorer.physical_fields import PHYSICAL_FIELDS
-from vibroscope.app.explorer.presets import scenes, shelf
+from vibroscope.app.explorer.presets import presets
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.page.address import THEMES
 from vibroscope.app.page.tabs import VIEWS
@@ -17,7 +17,22 @@ ODD = (*NO_NUMBERS, "9" * 4000, "\0", "-0", "1e-400", "1_0", "1,5")
 
 # Everything that a component of the page listens to, and everything that a tab offers to zoom or choose.
 MESSAGE_KEYS = (
-    *("set", "scene", "undo", "redo", "reset", "pin", "unpin", "view", "theme", "take", "load", "painted"),
+    *(
+        "set",
+        "scene",
+        "undo",
+        "redo",
+        "reset",
+        "pin",
+        "unpin",
+        "view",
+        "theme",
+        "take",
+        "painted",
+        "file",
+        "part",
+        "end",
+    ),
     *("stop", "choose", "suggest", "cancel", "seen", "listens"),  # a study, the search, a claim, the feed
 )
 FILES = ("toml", "python", "command", "json", "report", "csv:time", "csv:", "png:force?dpi=1e9", "svg:phase1?time=9")
@@ -188,12 +203,11 @@ def random_message(chance):
         return move({name: chance.choice((text, text, mapped({"typed": text})))}, chance.randint(0, 9))
     fitting = {
         "view": chance.choice([*VIEWS]),
-        "scene": chance.choice([*scenes()]),
-        "shelf": chance.choice([*shelf()]),
+        "scene": chance.choice([*presets()]),
         "theme": chance.choice(THEMES),
         "take": chance.choice(FILES),
         "choose": mapped(dict([chance.choice(CHOICES)])),
-        "load": mapped({"0": "[setting]\n", "1": f"{chance.choice(('eta', 'K', 'scheme'))} = {random_text(chance)}"}),
+        "part": mapped({"0": "[setting]\n", "1": f"{chance.choice(('eta', 'K', 'scheme'))} = {random_text(chance)}"}),
         "stop": chance.random() < 0.5,
         "suggest": random_text(chance),
     }

@@ -119,7 +119,9 @@ class Soak:
         self.files.update(file["give"] for file in given)
         client.answers.clear()
         if text := next((file["text"] for file in given if file["give"] == "toml"), ""):
-            await client.patch(client.message(mapped({"load": mapped({"0": text}), "move": number}), "Header"))
+            file = mapped({"name": "a.toml", "size": len(text)})
+            for message in ({"file": file}, {"part": mapped({"0": text})}, {"end": True, "move": number}):
+                await client.patch(client.message(mapped(message), "Header"))
             await client.shown(lambda shown: shown["texts"]["eta"] != MEASURED)
             self.files["loaded"] += 1
 

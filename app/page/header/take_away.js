@@ -1,9 +1,9 @@
 // The take-away menu. All files come from the server, on request.
 
 import { button, closeFromElsewhere, element, fileField, inPage, labelled, listen, preferences } from "../shared/dom.js";
+import { sendFile } from "../shared/upload.js";
 
 const LARGEST_FILE = 65_536; // bytes
-const PARTS = /[^]{1,1900}/gu; // the server accepts no longer texts; `u`: no surrogate pair is cut
 
 export function takeAwayMenu(model) {
   const box = element("details", "take-away");
@@ -20,7 +20,7 @@ export function takeAwayMenu(model) {
   panel.append(
     row("Link to this view", button("Copy", "Copy the link", () => copyText(location.href, status))),
     row("Parameters (TOML)", button("Save", "Save the parameters", () => ask("toml"))),
-    row("Parameters from a file", loadButton(model, status)),
+    row("Parameters from a file", loadButton(model)),
     copyOrSave("Python", "python", "Python script"),
     copyOrSave("Command line", "command", "commands"),
     row("Deck for", ...["OpenSees", "CalculiX", "Abaqus", "Ansys", "Modelica"]
@@ -67,19 +67,8 @@ export function takeAwayMenu(model) {
   return { element: box, toggle: () => { box.open = !box.open; if (box.open) panel.querySelector("button").focus(); } };
 }
 
-// The file is read here; the server checks its content, and accepts all of it or nothing.
-function loadButton(model, status) {
-  const load = async (file) => {
-    if (file.size > LARGEST_FILE) {
-      status.textContent = `This file is larger than ${LARGEST_FILE} bytes, so it is no parameter file.`;
-      field.closest("details").open = true; // where it is said
-      return;
-    }
-    const text = await file.text();
-    const parts = text.match(PARTS) ?? [];
-    model.send_msg({ load: Object.fromEntries(parts.map((part, i) => [String(i), part])) });
-    status.textContent = "";
-  };
+function loadButton(model) {
+  const load = (file) => sendFile(model, file, LARGEST_FILE);
   const field = fileField(load, ".toml");
   listen("load-parameters", ({ file }) => load(file)); // that is dropped on the page
   const open = button("Load", "Load parameters from a TOML file", () => field.click());

@@ -34,13 +34,17 @@ class Upload:
     ----------
     begin : callable
         Called with the name, as it may be shown, and the size in bytes that is announced; of a larger file than
-        LARGEST_FILE nothing follows. Called again, with the size that has come, if a file proves to be larger.
+        ``largest`` nothing follows. Called again, with the size that has come, if a file proves to be larger.
     take : callable
         Called with the content.
+    largest : int
+        Bytes.
     """
 
-    def __init__(self, begin: Callable[[str, float], None], take: Callable[[bytes], None]) -> None:
-        self._begin, self._take = begin, take
+    def __init__(
+        self, begin: Callable[[str, float], None], take: Callable[[bytes], None], largest: int = LARGEST_FILE
+    ) -> None:
+        self._begin, self._take, self._largest = begin, take, largest
         self._name, self._size, self._parts = "", 0, []
         self.acts = {"file": (dict, self._start), "part": (dict, self._add), "end": (object, self._end)}  # see `listen`
 
@@ -53,11 +57,11 @@ class Upload:
     def _add(self, parts: dict) -> None:
         texts = [text for text in parts.values() if isinstance(text, str)]
         self._size += sum(map(len, texts))
-        self._parts = [*self._parts, *texts] if self._size <= LARGEST_FILE else []
+        self._parts = [*self._parts, *texts] if self._size <= self._largest else []
 
     def _end(self, _: object) -> None:
         content, self._parts = "".join(self._parts).encode("latin-1", errors="replace"), []
-        if self._size > LARGEST_FILE:
+        if self._size > self._largest:
             self._begin(self._name, self._size)
         else:
             self._take(content)

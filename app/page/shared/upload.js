@@ -8,7 +8,7 @@ const PER_MESSAGE = 20; // parts; the server accepts no longer messages
 // A box with a button that chooses a file of at most `largest` bytes. A file that is dropped goes to the box that can be
 // seen, else to the first one, after `show`; parameters go where "Parameters from a file" reads them.
 export function chooser(model, open, { largest, drop, show }) {
-  const take = (file) => send(model, file, largest);
+  const take = (file) => sendFile(model, file, largest);
   const field = fileField(take);
   open.addEventListener("click", () => field.click());
   const sign = element("div", "drop", drop);
@@ -19,7 +19,7 @@ export function chooser(model, open, { largest, drop, show }) {
   return { root, field };
 }
 
-async function send(model, file, largest) {
+export async function sendFile(model, file, largest) {
   model.send_msg({ file: { name: file.name, size: file.size } });
   if (file.size > largest) return; // the server says so
   const bytes = new Uint8Array(await file.arrayBuffer()); // a character each: the server knows encodings and gzip
