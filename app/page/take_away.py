@@ -43,37 +43,35 @@ class TakeAway:
         """``send(what, file)`` sends a file to the browser; it is called on the session's loop."""
         self._host = host
         self._send = send
-        self._writing = self._reading = False
+        self._busy = False
 
     def request(self, asked: str, view: TabView, setting: Setting, address: str) -> None:
         """Write the file ``asked`` of `file_writer` and send it, or report why not."""
         write = file_writer(view, asked, setting, address)
         if write is None:
             self._host.report_error("There is no such file yet: wait for the figures.")
-        elif self._writing:
-            self._host.report_error("The last file is still being written: try again in a moment.")
         else:
-            self._writing = True
-            _submit(write).add_done_callback(lambda done: self._host.call_later(partial(self._written, asked, done)))
+            self._do(write, partial(self._written, asked))
 
     def load(self, content: bytes, on_read: Callable[[Future], None]) -> None:
         """Read an uploaded file; ``on_read`` is called on the session's loop with a `Loaded`."""
-        if self._reading:
-            self._host.report_error("The last file is still being read: try again in a moment.")
+        self._do(partial(read_upload, content), on_read)
+
+    def _do(self, job: Callable[[], object], then: Callable[[Future], None]) -> None:
+        if self._busy:
+            self._host.report_error("The last file is not done yet: try again in a moment.")
             return
-        self._reading = True
+        self._busy = True
 
-        def done(read: Future) -> None:
-            self._reading = False
-            if not read.cancelled():
-                on_read(read)
+        def done(found: Future) -> None:
+            self._busy = False
+            if not found.cancelled():
+                then(found)
 
-        _submit(read_upload, content).add_done_callback(lambda read: self._host.call_later(partial(done, read)))
+        job = pool("files", 1, lower_priority).submit(job, session=logs.session.get())  # so that none delays the loop
+        job.add_done_callback(lambda found: self._host.call_later(partial(done, found)))
 
     def _written(self, what: str, done: Future) -> None:
-        self._writing = False
-        if done.cancelled():
-            return
         if done.exception() is None:
             self._send(what, done.result())
         elif isinstance(done.exception(), ValueError):
@@ -81,11 +79,6 @@ class TakeAway:
         else:
             logs.event("not written", logging.ERROR, error=done.exception(), what=what)
             self._host.report_error(f"This file could not be written ({error_text(done.exception())}): try again.")
-
-
-def _submit(job: Callable, *arguments) -> Future:
-    """Run a job of files in their thread, so that none delays the loop."""
-    return pool("files", 1, lower_priority).submit(job, *arguments, session=logs.session.get())
 
 
 def offered_figures(view: TabView) -> list[list]:

@@ -105,6 +105,7 @@ class World(Document):
         put(compute, "own_time", lambda: self.now)
         for part in DRAWN:
             put(explore, part, MagicMock())
+        explore.MotionView.return_value.draw_beside.return_value = []  # no curves are missing
         put(compute.compilation, "when_done", lambda act, needs=None: act())
         put(compute, "give_way", lambda: None)
         put(explore, "JobQueue", lambda deliver: Queue(deliver, solve=self._solve_runs, pool=self))

@@ -127,7 +127,7 @@ def test_a_file_is_read_in_a_thread_one_at_a_time(monkeypatch):
     files, read = take_away.TakeAway(Host(), None), []
     files.load(b"x", read.append)
     files.load(b"x", read.append)
-    assert heard == ["The last file is still being read: try again in a moment."]
+    assert heard == ["The last file is not done yet: try again in a moment."]
     assert read == []
     waiting.pop()()
     assert len(read) == 1

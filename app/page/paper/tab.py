@@ -54,18 +54,6 @@ class ClaimCard(Component):
         super().__init__(claim=claim, css_classes=["card"], sizing_mode="stretch_width")
         self.listen(seen=(bool, lambda seen: on_view()), cancel=(bool, lambda cancel: on_cancel()))
 
-    def show_finding(self, verdict: str, finding: Finding) -> None:
-        """Show a finding."""
-        self.found = {"verdict": verdict, "found": finding.result, "why": finding.reason}
-
-    def show_cancelled(self, cancelled: bool) -> None:
-        """Show whether the user has cancelled the check."""
-        self.found = {"cancelled": True} if cancelled else {}
-
-    def show_error(self, error: str) -> None:
-        """Show why the claim could not be checked."""
-        self.found = {"error": error}
-
 
 _INTRO = """
 <article class="text above">
@@ -237,7 +225,7 @@ class Paper(TabView):
         """Have a claim checked, once."""
         if key not in self._requested and key not in self._findings:
             self._requested.add(key)
-            self.cards[key].show_cancelled(False)
+            self.cards[key].found = {}
             self._ask(key)
 
     def _ask(self, key: str) -> None:
@@ -252,7 +240,7 @@ class Paper(TabView):
         if key in self._requested:
             self._requested.discard(key)
             self._askers[key].drop()
-            self.cards[key].show_cancelled(True)
+            self.cards[key].found = {"cancelled": True}
             self._miss(key, "was cancelled")
 
     def _show_result(self, job: StudyJob, result: Checked | Exception) -> None:
@@ -260,9 +248,8 @@ class Paper(TabView):
         if isinstance(result, Checked):
             self._found(job.question, result.finding)
             return
-        self.cards[job.question].show_error(  # it stays requested, so that `show` tries again
-            f"This could not be checked ({error_text(result)}). Open another tab and come back to try again."
-        )
+        again = "Open another tab and come back to try again."  # it stays requested
+        self.cards[job.question].found = {"error": f"This could not be checked ({error_text(result)}). {again}"}
         self._miss(job.question, "failed")
 
     def _found(self, key: str, finding: Finding) -> None:
@@ -304,5 +291,7 @@ class Paper(TabView):
 
     def _show_findings(self, keys: Sequence[str]) -> None:
         for key in keys:  # after its figure, to which the browser then gives the theme
-            self.cards[key].show_finding(CLAIMS[key].verdict(self._findings[key]), self._findings[key])
+            found = self._findings[key]
+            verdict = CLAIMS[key].verdict(found)
+            self.cards[key].found = {"verdict": verdict, "found": found.result, "why": found.reason}
         self._take_if_ready()
