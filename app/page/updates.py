@@ -29,20 +29,17 @@ import logging
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import panel as pn
 from bokeh.document import Document
 from panel.io.state import set_curdoc
 from vibroscope.app.compat import Unsent, claim_document, collected, send, send_rest
-from vibroscope.app.explorer.compute import RunPair
 from vibroscope.app.runtime import logs
 from vibroscope.app.runtime.workers import ahead_of_jobs
 
 # If the browser has not answered for so long (seconds), the next update is sent all the same.
 _PATIENCE = 1.0
-
-Prepared = TypeVar("Prepared")
 
 
 class SessionLoop:
@@ -177,24 +174,3 @@ class UpdateChannel:
             update.follow()
             self.answer(update.move)
         self._doc.add_timeout_callback(self._send_when_free, int(1000 * _PATIENCE) + 50)
-
-
-def prepare_in_worker(
-    call_later: Callable[[Callable[[], None]], None],
-    prepare: Callable[[RunPair], Prepared],
-    on_ready: Callable[[int, Prepared], None],
-    on_error: Callable[[int, Exception], None],
-) -> Callable[[int, RunPair | Exception], None]:
-    """A ``deliver`` for `JobQueue`: call ``prepare`` in the worker thread, then one of the other two on the loop."""
-
-    def deliver(move: int, result: RunPair | Exception) -> None:
-        if isinstance(result, RunPair):
-            try:
-                call_later(partial(on_ready, move, prepare(result)))
-                return
-            except Exception as error:  # the page shows it as any other
-                logs.event("not presented", logging.ERROR, error=error)
-                result = error
-        call_later(partial(on_error, move, result))
-
-    return deliver

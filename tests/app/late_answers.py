@@ -108,7 +108,8 @@ class World(Document):
         explore.MotionView.return_value.draw_beside.return_value = []  # no curves are missing
         put(compute.compilation, "when_done", lambda act, needs=None: act())
         put(compute, "give_way", lambda: None)
-        put(explore, "JobQueue", lambda deliver: Queue(deliver, solve=self._solve_runs, pool=self))
+        put(explore, "JobQueue", lambda deliver, solve: Queue(deliver, solve=solve, pool=self))
+        put(explore, "compute_runs", self._solve_runs)
         put(explore, "prepare", lambda runs: Result(runs.setting, MagicMock(), description_of(runs.setting)))
         put(explainer, "background_worker", lambda: SimpleNamespace(submit=self.submit, jobs=0))
         put(explainer, "kind_threads", lambda: self)

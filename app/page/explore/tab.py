@@ -5,7 +5,7 @@ from functools import partial
 
 import panel as pn
 from vibroscope.app.explorer.closed_orbit import FARTHEST, LONGEST, SOLVERS, ClosedOrbit
-from vibroscope.app.explorer.compute import JobQueue, RunPair, cached_runs, shown_periods
+from vibroscope.app.explorer.compute import JobQueue, cached_runs, compute_runs, shown_periods
 from vibroscope.app.explorer.errors import error_text
 from vibroscope.app.explorer.explanation import AloneFacts, Explanation
 from vibroscope.app.explorer.link import LINEAR, View, ViewChoice
@@ -35,7 +35,6 @@ from vibroscope.app.page.shared.declared import declared
 from vibroscope.app.page.shared.figure import PIN_NAMES
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.tab import COMPUTING, Look, Move, TabHost, TabView
-from vibroscope.app.page.updates import prepare_in_worker
 from vibroscope.engine import Units
 from vibroscope.engine.simulate import LONGEST_FLIGHT
 
@@ -63,7 +62,7 @@ class Explore(TabView):
 
     def __init__(self, host: TabHost) -> None:
         super().__init__(host)
-        self._queue = JobQueue(prepare_in_worker(host.call_later, self._prepare, self._push, self._fail))
+        self._queue = JobQueue(lambda *found: host.call_later(partial(self._take, *found)), solve=self._solve)
         self._explainer = Explainer(host, lambda: self._visible, self._show_explanation, self._show_alone)
         self._judge = MotionJudge(host, self._show_kinds)
         self._kinds: Kinds | None = None
@@ -272,11 +271,17 @@ class Explore(TabView):
             self._push(move.number, result)
         return shipped is not None
 
-    def _prepare(self, runs: RunPair) -> Result:
+    def _solve(self, setting: Setting, cancelled: Callable[[], bool]) -> Result:
         """In a worker: the result, and those of the pins that are drawn beside it."""
-        result = prepare(runs)
-        self._pinned.prepare_like(result.setting)
+        result = prepare(compute_runs(setting, cancelled))
+        self._pinned.prepare_like(setting)
         return result
+
+    def _take(self, move: int, found: Result | Exception) -> None:
+        if isinstance(found, Exception):
+            self._fail(move, found)
+        else:
+            self._push(move, found)
 
     def _push(self, move: int, result: Result) -> None:
         if self._visible:

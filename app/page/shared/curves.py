@@ -20,7 +20,6 @@ from vibroscope.app.page.shared.figure import (
     VERMILLION,
     add_glyph,
     apply_style,
-    axes_of,
     empty_source,
     hover_tool,
     legend,
@@ -218,8 +217,8 @@ class Curves:
 
     def _build(self, name: str, plot: Plot) -> figure:
         sides = {"x": self.axes[plot.x], "y": self.axes[plot.y]}
-        logarithmic = "".join(side for side, axis in sides.items() if axis.logarithmic)
-        axes = axes_of(self.ranges, plot.x, plot.y, logarithmic)
+        axes = {f"{side}_axis_type": "log" for side, axis in sides.items() if axis.logarithmic}
+        axes |= {"x_range": self.ranges[plot.x].range, "y_range": self.ranges[plot.y].range}
         made = make_figure(plot.title, *(axis.words for axis in sides.values()), name=name, **axes, **plot.room)
         if plot.right:
             made.extra_y_ranges = {plot.right: self.ranges[plot.right].range}

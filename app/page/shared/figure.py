@@ -19,7 +19,6 @@ from bokeh.themes import Theme
 from vibroscope.app.explorer.compute import free_text
 from vibroscope.app.explorer.field_units import held_in_words, unit_of
 from vibroscope.app.explorer.state import Setting
-from vibroscope.app.page.shared.ranges import OwnedRange
 from vibroscope.engine import PART_NAMES
 
 # Okabe–Ito colours, which colour-blind readers can distinguish. Width, dash and marker differ too.
@@ -172,12 +171,6 @@ def make_figure(title: str, x: str = "", y: str = "", **more) -> figure:
         "lod_threshold": None,
     }
     return apply_style(figure(**(options | more)))
-
-
-def axes_of(ranges: Mapping[str, OwnedRange], x: str, y: str, logarithmic: str = "") -> dict[str, object]:
-    """What `make_figure` needs of its axes: their ranges by name, and which of "x" and "y" are ``logarithmic``."""
-    kinds = {f"{axis}_axis_type": "log" for axis in logarithmic}
-    return {"x_range": ranges[x].range, "y_range": ranges[y].range} | kinds
 
 
 def apply_style(plot: figure) -> figure:

@@ -29,7 +29,7 @@ from vibroscope.app.page.shared.curves import (
     rounded_view,
     write_cells,
 )
-from vibroscope.app.page.shared.figure import BLUE, INK, MAGENTA, VERMILLION, divisor, legend_above
+from vibroscope.app.page.shared.figure import BLUE, INK, MAGENTA, VERMILLION, legend_above
 from vibroscope.app.page.shared.muting import show_entry
 from vibroscope.app.page.shared.seen import say
 from vibroscope.app.page.study.listed import ListedSearches, cell, row
@@ -250,10 +250,7 @@ class PlaneView(CellsView):
         """
         K, D = setting.place_in_plane
         self.write("plane_mark", {"K": [K], "D": [D]})
-        for name, shown in self.units.items():
-            words, field = self.axes[name].words, shown_field(name, setting)
-            words = words.replace("damping D", "damper 2D") if field.unit else words
-            shown.show(f"{words} / {divisor(field.unit or field.natural)}", field.factor)
+        self.label(setting, str if setting.scale is None else lambda words: words.replace("damping D", "damper 2D"))
         curve_K = np.geomspace(*self.limits["K"], 41)
         self.write("plane_curve", {"K": curve_K, "D": equal_restitution_damping(setting.system, curve_K)})
         if result is None:

@@ -88,7 +88,10 @@ function numbers(root, specs, send) {
     };
   });
   root.append(grid, refused);
-  shows.push((model) => say(refused, model.refused));
+  shows.push((model) => {
+    grid.hidden = [...grid.children].every((row) => row.hidden);
+    say(refused, model.refused);
+  });
   return shows;
 }
 
