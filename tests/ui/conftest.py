@@ -29,7 +29,7 @@ ARGUMENTS = [
 
 
 LOOSE = pytest.StashKey[list[str]]()  # pictures that were compared loosely
-AS_MANY = {"test_walk": 5, "test_symbols": 5}  # files each of whose tests takes as long as so many others
+AS_MANY = {"test_walk": 8, "test_symbols": 5, "test_first_minute": 3, "test_settings": 2, "test_documentation": 2}
 
 
 def pytest_terminal_summary(terminalreporter, config):

@@ -16,6 +16,7 @@ _EXPECTED_MESSAGES = re.compile(
     r"|Bokeh items were rendered successfully"
 )
 
+PHONE = {"width": 390, "height": 844, "has_touch": True, "is_mobile": True}
 PAPER = "?eta=1.08&K=2500&D=8&steps=2000"  # scene [A], where a test needs its numbers
 
 

@@ -4,8 +4,11 @@ from itertools import pairwise
 
 import pytest
 
+from tests.waiting import wait_until
+
 # A body that moves by some micrometres, in metres.
 SMALL = "?eta=1.8667&K=2000&D=4&steps=200&bodies=two&kappa=2.1&units=si&omega1=94&m1=2&amplitude=0.001"
+SMALL += "&view=bifurcation&choice=count:4;transient:20"
 AT_LINE = "?view=bifurcation&eta=3.95&K=2500&D=8&steps=200&choice=count:4;transient:20"
 
 # Texts that a repaint of all figures writes, with where they begin and end across, by canvas and height.
@@ -19,8 +22,9 @@ WRITTEN = """async () => {
     if (Math.abs(b) < 1e-6) rows.set(key, [...(rows.get(key) ?? []), [left, left + a * width, text]]);
     write.call(this, text, x, y, ...more);
   };
-  const figures = [...Bokeh.documents[0].all_models].filter(({ type }) => type === "Figure");
-  for (const { id } of figures) Bokeh.index.find_one_by_id(id)?.request_repaint?.();
+  const figures = [...Bokeh.documents[0].all_models].filter(({ type }) => type === "Figure")
+    .map(({ id }) => Bokeh.index.find_one_by_id(id)).filter((view) => view?.el.getBoundingClientRect().width);
+  for (const view of figures) view.request_repaint();
   await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
   prototype.fillText = write;
   return [...rows.values()];
@@ -33,11 +37,10 @@ FRAME = """name => {
 
 
 @pytest.mark.parametrize(("tab", "width"), [("basin", 1440), ("step", 390), ("explore", 390)])
-def test_labels_of_ticks_do_not_run_into_each_other(visit, tab, width):
-    explorer = visit(f"{SMALL}&view={tab}", width, 900)
-    rows = explorer.page.evaluate(WRITTEN)
-    assert max(map(len, rows)) >= 3
-    for row in map(sorted, rows):
+def test_labels_of_ticks_do_not_run_into_each_other(kept, tab, width):
+    explorer = kept(SMALL, width, 900).open_view(tab)
+    wait_until(lambda: max(map(len, explorer.page.evaluate(WRITTEN)), default=0) >= 3, what="labels in a row")
+    for row in map(sorted, explorer.page.evaluate(WRITTEN)):
         for (_, end, one), (begin, _, other) in pairwise(row):
             assert begin > end, (one, other)
 
@@ -60,8 +63,9 @@ ENDS = """async () => {
     if (Math.abs(b) < 1e-6) found.push([text, left, left + width, this.canvas.width]);
     write.call(this, text, x, y, ...more);
   };
-  const figures = [...Bokeh.documents[0].all_models].filter(({ type }) => type === "Figure");
-  for (const { id } of figures) Bokeh.index.find_one_by_id(id)?.request_repaint?.();
+  const figures = [...Bokeh.documents[0].all_models].filter(({ type }) => type === "Figure")
+    .map(({ id }) => Bokeh.index.find_one_by_id(id)).filter((view) => view?.el.getBoundingClientRect().width);
+  for (const view of figures) view.request_repaint();
   await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
   prototype.fillText = write;
   return found;
@@ -85,8 +89,8 @@ def test_a_line_outside_the_figure_has_no_words(visit):
     assert not words_at_line(visit(f"{AT_LINE}&zoom=eta:1,2", 390, 844))
 
 
-def test_the_strip_of_the_diagram_lies_below_the_values_that_it_is_of(visit):
-    explorer = visit(f"{SMALL}&view=bifurcation&choice=count:4;transient:20")
+def test_the_strip_of_the_diagram_lies_below_the_values_that_it_is_of(kept):
+    explorer = kept(SMALL).open_view("bifurcation")
     page = explorer.page
     explorer.until("Bokeh.documents[0].get_model_by_name('bifurcation_periods').data.left?.length > 0")
     explorer.settle()

@@ -3,6 +3,7 @@
 import pytest
 
 from tests.ui.axe import AXE, serious
+from tests.ui.explorer import PHONE
 from tests.ui.test_studies import complete, place
 from tests.waiting import wait_until
 
@@ -79,7 +80,7 @@ def test_a_click_on_a_branch_opens_it_and_beside_it_sets_the_number(kept):
 
 
 def test_a_motion_is_followed_from_explore_on_a_phone(visit):
-    explorer = visit("?eta=1.42&K=12000&D=18&steps=500", width=390, height=844, has_touch=True, is_mobile=True)
+    explorer = visit("?eta=1.42&K=12000&D=18&steps=500", **PHONE)
     explorer.unfold("More: ")
     explorer.page.get_by_role("button", name="Follow this motion").tap()
     section = explorer.page.locator("section.branches-list")

@@ -221,3 +221,77 @@ def test_undo_redo_and_reset(visit):
     assert explorer.typed("eta").input_value() == "1.5"
     explorer.moved(lambda: explorer.page.get_by_role("button", name="Back to the opening scene").click())
     explorer.wait_for_address(eta="1.08", K="100")  # the opening scene
+
+
+def test_located_steps_of_another_law_are_explained_and_judged_by_rules(kept):
+    explorer = kept.anew("?eta=2.76&K=1200&D=18&steps=200&law=limited").explained()
+    whole = explorer.source("phase_penalty")["v2"]
+    explorer.unfold("Solver")
+    switch = explorer.page.get_by_role("group", name="Contact changes")
+    explorer.moved(lambda: switch.get_by_label("cut at contact").check())
+    explorer.wait_for_address(located="yes", law="limited")
+    assert explorer.source("phase_penalty")["v2"] != whole
+    explorer.explained()
+    assert explorer.error() == ""
+    explorer.open_tab("Your code")
+    words = explorer.page.locator("section.study").locator("visible=true")
+    wait_until(lambda: "every step has a solution" in words.text_content(), what="whether steps have solutions")
+    assert "steps cut where contact changes; contact law limited damper" in words.text_content()
+
+
+def test_a_stiffness_that_follows_the_step_locks_its_slider(kept):
+    explorer = kept.anew("?eta=2.76&K=12000&D=18&steps=200")
+    switch = explorer.page.get_by_role("group", name="Stiffness")
+    slider, typed = (explorer.page.locator(f"#vibroscope-K-{kind}") for kind in ("slider", "typed"))
+    scale = explorer.typed("step_scale")
+    explorer.page.locator("summary", has_text="Solver").click()
+    assert scale.is_hidden()
+    explorer.moved(lambda: switch.get_by_label("follows the step").check())
+    explorer.wait_for_address(stiffness="step")
+    assert slider.is_disabled()
+    assert typed.is_disabled()
+    before = float(typed.input_value())
+    explorer.moved(lambda: explorer.type("steps", "400"))
+    wait_until(lambda: abs(float(typed.input_value()) / before - 4) < 1e-3, what="four times K at half the step")
+    explorer.moved(lambda: explorer.type("step_scale", "0.2"))
+    wait_until(lambda: abs(float(typed.input_value()) / before - 8) < 1e-3, what="twice K with twice s")
+    explorer.moved(lambda: switch.get_by_label("K as typed").check())
+    wait_until(lambda: "stiffness" not in explorer.address(), what="K as typed")
+    assert slider.is_enabled()
+    assert scale.is_hidden()
+
+
+TWO_CYCLES = "?eta=3.2&K=12000&D=18&steps=2000"  # the reference: 2 periods from rest, 6 from other starts
+
+
+def test_a_start_is_typed_and_a_click_on_a_coexisting_motion_runs_it(kept):
+    page = kept.anew(TWO_CYCLES).explained()
+    assert "every 2 periods" in page.line("reference")
+    page.unfold("System", "Start: rest", "More: ")
+    page.moved(lambda: page.type("start_xi2", "1,5"))
+    page.page.get_by_text("Start: own", exact=True).wait_for()
+    page.wait_for_address(start_xi2="1.5")
+    page.type("start_xi1", "2")
+    wait_until(lambda: "ξ₁(0) must be at most ξ₂(0), not 2 with 1.5" in page.error(), what="a refusal")
+    page.typed("start_xi1").press("Escape")
+    wait_until(lambda: not page.error(), what="no refusal")
+
+    page.page.get_by_role("button", name="Coexisting motions").click()
+    page.page.locator(".coexisting[data-phase=done]").wait_for()
+    motion = page.page.locator(".motion", has_text="period 6").first
+    page.moved(motion.click)
+    page.explained()
+    assert "every 6 periods" in page.line("reference")
+    page.page.locator(".motion[aria-pressed=true]", has_text="period 6").wait_for()
+    wait_until(lambda: page.address()["start_xi2"] != "1.5", what="the start in the address")
+    assert page.typed("start_xi1").input_value() == page.address()["start_xi1"]
+
+    page.moved(page.page.get_by_role("button", name="Undo").click)
+    wait_until(lambda: page.typed("start_xi2").input_value() == "1.5", what="the typed start")
+    page.moved(page.page.get_by_role("button", name="From rest").click)
+    page.explained()
+    assert "every 2 periods" in page.line("reference")
+    wait_until(lambda: "start_" not in page.query(), what="an address without a start")
+    assert page.page.locator(".motion[aria-pressed=true]", has_text="period 2").count()
+    page.moved(lambda: page.type("eta", "3.1"))
+    page.page.locator(".coexisting[data-phase=idle]").wait_for()

@@ -5,6 +5,7 @@ from vibroscope.app import QUESTION
 from vibroscope.app.explorer.presets import OPENING, scenes
 
 from tests.ui.axe import AXE, serious
+from tests.ui.explorer import PHONE
 from tests.waiting import wait_until
 
 # What is seen in a window as high as this without scrolling: controls by name, and words of two letters or more outside
@@ -38,9 +39,9 @@ def begin_tour(explorer):
     explorer.page.get_by_role("button", name="From the problem").click()
 
 
-@pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
-def test_the_first_screen_states_the_question_shows_a_scene_that_answers_it_and_asks_for_little(visit, width, height):
-    explorer = visit(width=width, height=height, **({"has_touch": True} if width < 700 else {}))
+@pytest.mark.parametrize("window", [{"width": 1440, "height": 900}, PHONE], ids=["desktop", "phone"])
+def test_the_first_screen_states_the_question_shows_a_scene_that_answers_it_and_asks_for_little(kept, window):
+    explorer, width, height = kept.anew(**window), window["width"], window["height"]
     for part, text in (("asked", QUESTION), ("caption", scenes()[OPENING].caption)):
         shown = explorer.page.locator(f".question .{part}")
         assert shown.text_content() == text
@@ -69,7 +70,7 @@ def test_the_first_screen_states_the_question_shows_a_scene_that_answers_it_and_
 
 
 def test_the_tour_goes_from_the_problem_to_a_suggestion_that_is_applied(kept):
-    explorer = kept("?tour=0").at(eta="2.76", K="2000", D="9", steps="2000")
+    explorer = kept.anew("?eta=2.76&K=2000&D=9&steps=2000")
     dialog = explorer.page.get_by_role("dialog", name="Tour")
     assert dialog.count() == 0
     begin_tour(explorer)
@@ -106,7 +107,7 @@ def test_the_tour_goes_from_the_problem_to_a_suggestion_that_is_applied(kept):
 
 
 def test_each_exercise_is_predicted_tried_and_answered_by_the_page(kept):
-    explorer = kept("?tour=0")
+    explorer = kept.anew()
     explorer.page.evaluate(AXE)
     begin_tour(explorer)
     tour = explorer.page.get_by_role("dialog", name="Tour")
@@ -140,7 +141,7 @@ def test_each_exercise_is_predicted_tried_and_answered_by_the_page(kept):
 
 
 def test_each_step_of_the_tour_lies_within_the_window_with_its_buttons(kept):
-    explorer = kept("?tour=0")
+    explorer = kept.anew()
     dialog = explorer.page.get_by_role("dialog", name="Tour")
     for width, height in ((1440, 900), (1280, 720), (320, 568)):
         explorer.page.set_viewport_size({"width": width, "height": height})

@@ -10,11 +10,9 @@ def said(explorer):
     return explorer.page.locator("section.study .statements").locator("visible=true").inner_text()
 
 
-def test_one_sentence_answers_for_another_speed_too_and_the_step_is_taken_over(visit):
+def test_one_sentence_answers_for_another_speed_too_and_the_step_is_taken_over(kept):
     """On a phone: the last test."""
-    explorer = visit("?eta=2.76&K=2500&D=8&steps=500")
-    explorer.open_tab("One impact")
-    complete(explorer)
+    explorer = complete(kept(TAB))
     assert "You asked for 0.50; with 9.69 steps in a contact you get" in said(explorer)
     assert "impacts of the reference" in said(explorer)
     assert len(explorer.source("impact_over_steps")["steps"]) == 64

@@ -2,11 +2,12 @@
 
 import pytest
 
+from tests.ui.explorer import PHONE
 from tests.ui.test_figures import FIGURES
 
 
 def test_on_a_phone_a_slider_is_in_view_beside_what_it_changes(kept):
-    explorer = kept(width=390, height=844, has_touch=True)
+    explorer = kept(**PHONE)
     page = explorer.page
     slider, figure = page.locator("#vibroscope-eta-slider"), page.locator(".cell.force").first
     for each in (figure, slider):
@@ -47,8 +48,7 @@ AT = """([x, y]) => {
 
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (320, 568)])
 def test_nothing_slides_over_the_sliders_of_a_phone(kept, width, height):
-    phone = kept(width=390, height=844, has_touch=True, is_mobile=True).explained()
-    explorer = phone.resized(width, height)
+    explorer = kept(**PHONE).explained().resized(width, height)
     below = explorer.page.evaluate("document.scrollingElement.scrollHeight - innerHeight")
     for top in range(0, below - 400, 90):
         explorer.page.evaluate("top => scrollTo({top, behavior: 'instant'})", top)
@@ -76,7 +76,7 @@ def test_the_button_for_a_measurement_covers_no_title(kept):
 
 
 def test_on_a_phone_nothing_overflows_and_everything_is_there(kept):
-    explorer = kept(width=390, height=844, has_touch=True)
+    explorer = kept(**PHONE)
     sizes = explorer.page.evaluate("""() => {
       const wide = [];
       const walk = root => root.querySelectorAll("*").forEach(e => {
@@ -98,7 +98,7 @@ def test_on_a_phone_the_verdict_on_a_system_of_ones_own_is_where_it_is_for_a_sce
     place = "line => line.getBoundingClientRect().top + scrollY"
     tops = []
     for query in ("", f"?{own}", f"?{own}&units=si"):
-        explorer = kept.anew(query, 390, 844, has_touch=True)
+        explorer = kept.anew(query, **PHONE)
         tops.append(explorer.page.locator(".line.verdict").evaluate(place))
     assert max(tops) - min(tops) < 150  # px: a line for each slider that has a unit
     heads = explorer.page.locator("details.more > summary")

@@ -42,6 +42,17 @@ def test_a_choice_draws_another_spectrum_and_stands_in_the_address(kept):
     assert "acceleration of body 2" in str(explorer.figure("spectrum_motion"))
 
 
+def test_more_of_the_findings_leads_to_them(kept):
+    explorer = kept(SETTING).open_view("explore").explained()
+    peaks = explorer.page.get_by_role("button", name="Largest values and spectra of both")
+    assert not peaks.is_visible()  # the first screen asks for little
+    explorer.page.locator("details.further summary").click()
+    peaks.click()
+    explorer.wait_for_address(view="peaks")
+    complete(explorer)
+    assert float(cells(explorer, "displacement, body 1")[1]) > 1
+
+
 def test_units_stand_in_the_table_and_a_run_that_ends_says_why(kept):
     explorer = complete(kept(SETTING).at(units="si"))
     wait_until(lambda: cells(explorer, "contact force")[0] == "contact force / N", what="the table with units")
@@ -51,14 +62,3 @@ def test_units_stand_in_the_table_and_a_run_that_ends_says_why(kept):
     assert explorer.source("spectrum_motion_penalty")["order"] == []
     said = explorer.page.locator("section.study").locator("visible=true").inner_text()
     assert "ended as diverged" in said
-
-
-def test_more_of_the_findings_leads_to_them(visit):
-    explorer = visit().explained()
-    peaks = explorer.page.get_by_role("button", name="Largest values and spectra of both")
-    assert not peaks.is_visible()  # the first screen asks for little
-    explorer.page.locator("details.further summary").click()
-    peaks.click()
-    explorer.wait_for_address(view="peaks")
-    complete(explorer)
-    assert float(cells(explorer, "displacement, body 1")[1]) > 1

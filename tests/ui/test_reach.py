@@ -6,6 +6,7 @@ from vibroscope.app.explorer.state import Setting
 from vibroscope.app.export.report import Findings, as_report
 from vibroscope.app.page.tabs import TABS
 
+from tests.ui.explorer import PHONE
 from tests.waiting import wait_until
 
 # Elements that the keyboard reaches, and that a screen reader would read without a name.
@@ -88,7 +89,7 @@ def test_every_stop_of_the_keyboard_has_a_name_however_late_figures_come(visit):
 
 
 def test_on_a_phone_legends_are_for_fingers_and_the_question_mark_is_help(visit):
-    explorer = visit(width=390, height=844, has_touch=True, is_mobile=True)
+    explorer = visit(**PHONE)
     entries = explorer.page.get_by_role("switch")
     wait_until(lambda: min(entry.bounding_box()["height"] for entry in entries.all()) >= 24, what="high entries")
     explorer.page.get_by_role("button", name="help").tap()

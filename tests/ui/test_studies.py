@@ -5,6 +5,7 @@ import re
 
 import pytest
 
+from tests.ui.explorer import PHONE
 from tests.waiting import PATIENCE, wait_until
 
 SETTING = "eta=2.76&K=12000&D=18&steps=2000"
@@ -168,9 +169,6 @@ def test_a_hover_over_the_bifurcation_diagram_reads_eta_value_and_period(kept):
     assert "period" in text
 
 
-PHONE = {"width": 390, "height": 844, "has_touch": True, "is_mobile": True}
-
-
 def test_a_finger_drags_the_line_and_does_not_scroll(kept):
     explorer = kept(f"?view=bifurcation&{SETTING}", **PHONE).open_view("bifurcation")
     wait_until(lambda: share(explorer) > 0, what="a first picture")
@@ -268,8 +266,8 @@ def put(explorer, **texts):
 
 
 @pytest.mark.parametrize("tab", ["bifurcation", "plane"])
-def test_no_update_is_large_and_what_is_hidden_costs_nothing(visit, tab):
-    explorer = opened(visit, tab)
+def test_no_update_is_large_and_what_is_hidden_costs_nothing(kept, tab):
+    explorer = opened(kept, tab)
     if tab == "plane":
         explorer.page.get_by_role("combobox", name="Colour").select_option("contact")  # with stripes: the most
     explorer.settle()

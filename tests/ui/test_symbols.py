@@ -4,7 +4,6 @@ import re
 
 from vibroscope.app.page.tabs import TABS
 
-from tests.ui.test_measurement import DROP, EXAMPLE
 from tests.waiting import wait_until
 
 # Texts of labels, heads and keys that are seen; and by figure, the labels of its axes and the entries of its legend.
@@ -99,14 +98,6 @@ def test_every_symbol_of_the_branches_has_its_name(visit):
         rows.first.wait_for()
         assert "largest multiplier" in explorer.page.evaluate(TEXTS)[0]
         wait_until(lambda: not nameless(explorer), what=f"a name beside each symbol: {units}")
-
-
-def test_the_constants_of_a_fit_have_their_names(visit):
-    explorer = visit("?eta=2.76&K=12000&D=18&steps=8000")
-    explorer.page.evaluate(DROP, ["own.csv", EXAMPLE.read_text(encoding="utf-8")])
-    explorer.page.locator(".measurement-card[data-phase=done]").wait_for()
-    assert "Fit to the measurement" in explorer.page.evaluate(TEXTS)[0]
-    assert nameless(explorer) == []
 
 
 def test_keys_reach_every_view_and_every_symbol_has_its_name_and_unit_beside_it(visit):

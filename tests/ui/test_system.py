@@ -4,7 +4,7 @@ from tests.served import ROOT
 from tests.ui.axe import AXE, serious_in
 from tests.waiting import wait_until
 
-PHONE = {"width": 320, "height": 640, "has_touch": True}
+PHONE = {"width": 320, "height": 640, "has_touch": True, "is_mobile": True}
 
 
 def panel(explorer):
