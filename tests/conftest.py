@@ -45,7 +45,6 @@ def pytest_collection_finish():
 
     Tests leave little in comparison, so few collections are enough.
     """
-    gc.collect()
     gc.freeze()
     gc.set_threshold(50_000, 20, 20)
     gc.enable()

@@ -69,6 +69,7 @@ def compares(*numbers):
     return decorate
 
 
+@functools.cache
 def of_pages():
     """The formulas of the theory by number, in the notation of docstrings; each number stands in one place."""
     found = Formulas()
@@ -81,6 +82,7 @@ def of_pages():
     return found
 
 
+@functools.cache
 def of_docstrings():
     """The formulas of the engine's docstrings by number."""
     found = {}

@@ -7,10 +7,17 @@ import tokenize
 from collections import defaultdict
 from pathlib import Path
 
+import pytest
+
 ENGINE = Path(__file__).parents[1] / "engine"
 BEHIND_THE_DOOR = {"kernels", "drivers"}  # tuples of numbers there are places in an array, or codes
-MODULES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(ENGINE.rglob("*.py"))}
-TOLERANCES = [path for path in MODULES if path.stem == "tolerances"]
+TOLERANCES = sorted(ENGINE.rglob("tolerances.py"))
+
+
+@pytest.fixture(scope="module")
+def modules():
+    """What each file of the engine says, by its path."""
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(ENGINE.rglob("*.py"))}
 
 
 def number(node):
@@ -23,10 +30,10 @@ def number(node):
     return value if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
-def constants(path):
+def constants(path, module):
     """Name, number and line of each constant of a module that is a number, or one of a tuple of numbers."""
     places = BEHIND_THE_DOOR.isdisjoint(path.relative_to(ENGINE).parts)
-    for node in MODULES[path].body:
+    for node in module.body:
         if not isinstance(node, ast.Assign):
             continue
         (target,), value = node.targets, node.value
@@ -37,22 +44,22 @@ def constants(path):
                 yield name.id, found, node.lineno
 
 
-def test_no_name_stands_for_two_numbers():
+def test_no_name_stands_for_two_numbers(modules):
     found = defaultdict(lambda: defaultdict(list))
-    for path in MODULES:
-        for name, value, _ in constants(path):
+    for path, module in modules.items():
+        for name, value, _ in constants(path, module):
             found[name][value].append(str(path.relative_to(ENGINE)))
     assert not {name: dict(values) for name, values in found.items() if len(values) > 1}
 
 
-def test_every_tolerance_is_used():
+def test_every_tolerance_is_used(modules):
     assert len(TOLERANCES) > 5
     for path in TOLERANCES:
-        names = {node.targets[0].id for node in MODULES[path].body if isinstance(node, ast.Assign)}
+        names = {node.targets[0].id for node in modules[path].body if isinstance(node, ast.Assign)}
         own = {
-            node.id for node in ast.walk(MODULES[path]) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)
+            node.id for node in ast.walk(modules[path]) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)
         }
-        used = {name for module in MODULES.values() for name in taken_from(module, path.parent.name)}
+        used = {name for module in modules.values() for name in taken_from(module, path.parent.name)}
         assert names <= used | own, names - used - own
 
 
@@ -63,11 +70,11 @@ def taken_from(module, package):
             yield from (alias.name for alias in node.names)
 
 
-def test_every_tolerance_has_its_reason():
+def test_every_tolerance_has_its_reason(modules):
     for path in TOLERANCES:
         tokens = tokenize.generate_tokens(io.StringIO(path.read_text(encoding="utf-8")).readline)
         comments = [token for token in tokens if token.type == tokenize.COMMENT]
         # beside a constant, or on a line of their own above it
         explained = {token.start[0] + (token.line.lstrip()[0] == "#") for token in comments}
-        bare = [node.lineno for node in MODULES[path].body[1:] if node.lineno not in explained]
+        bare = [node.lineno for node in modules[path].body[1:] if node.lineno not in explained]
         assert not bare, f"{path.relative_to(ENGINE)}: say unit and reason beside lines {bare}"

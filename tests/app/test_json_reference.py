@@ -26,7 +26,7 @@ CALLS = {
     "simulate": ["--solver", "newmark", *MET],
     "motion": ["--solver", "newmark", *MET],
     "compare": [*MET, "--alone"],
-    "recommend": ["--eta", "3.25", "--tolerance", "0.5", "--steps-max", "64"],
+    "recommend": [*MET[:6], "--tolerance", "0.5", "--steps-max", "512"],
     "validate": ["B5"],
     "codes": ["calculix"],
     "impact": [*PART, "--K", "1e6", "--D", "20", "--steps-per-contact", "8", *SCHEMES, "--bounds"],

@@ -36,8 +36,6 @@ from tests.app.fakes import QueueingHost, send
 from tests.app.searches import SETTING, TRIAL, WORSE, found_for
 from tests.waiting import PATIENCE
 
-ALONE = contact_alone(System(), 2.76, Newmark(12000.0, float(equal_restitution_damping(System(), 12000.0)), 700), 1.0)
-
 
 @pytest.mark.parametrize("percent", ["", "0", "101", "five", "nan", "1e400", None, 5])
 def test_an_invalid_tolerance_is_refused(percent):
@@ -249,8 +247,10 @@ def test_a_suggestion_says_its_ranges_its_contacts_and_what_it_was_verified_for(
         "Verified for Newmark; contact status from the start of the step; contact law Kelvin–Voigt; from rest. For "
         "another code choose it under Your code: with another contact status a step may have no solution.",
     ]
-    found = replace(found_for(make_question(SETTING, {"tolerance": "5"})), alone=ALONE)
-    e, steps = impact(ALONE.question).restitution, ALONE.question.steps_per_contact
+    method = Newmark(12000.0, float(equal_restitution_damping(System(), 12000.0)), 700)
+    alone = contact_alone(System(), 2.76, method, 1.0)
+    found = replace(found_for(make_question(SETTING, {"tolerance": "5"})), alone=alone)
+    e, steps = impact(alone.question).restitution, alone.question.steps_per_contact
     said = f"{e.least:.2f} to {e.greatest:.2f} with {steps:.3g} steps in it"
     line = next(line for line in suggestion_content(found, SETTING)["lines"] if line.startswith("Contacts"))
     assert line.endswith(

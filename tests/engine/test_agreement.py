@@ -117,7 +117,7 @@ def contradictions(case):
 @pytest.mark.parametrize(
     ("count", "evidence"),
     [
-        pytest.param(18, False, id="described"),
+        pytest.param(12, False, id="described"),
         pytest.param(300, False, id="many described", marks=pytest.mark.release),
         pytest.param(12, True, id="with evidence"),
     ],
@@ -135,7 +135,7 @@ def test_words_and_numbers_agree_for_random_settings_of_random_systems(count, ev
 SHOWN = [(12000.0, 18.0, 2000), (100.0, 50.0, 2000), (2500.0, 8.0, 400)]
 
 
-@pytest.mark.parametrize(("eta", "numbers"), every([(eta, each) for each in SHOWN for eta in (1.08, 1.7, 2.76, 3.25)]))
+@pytest.mark.parametrize(("eta", "numbers"), every([(eta, each) for each in SHOWN for eta in (1.08, 2.76, 1.7, 3.25)]))
 def test_bars_lines_and_verdict_of_the_page_share_numbers_and_words(eta, numbers):
     setting = Setting(eta=eta, **dict(zip(("K", "D", "steps"), numbers, strict=True)))
     runs = compute_runs(setting, cache=Cache(4))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from vibroscope.engine import BranchQuestion, Excitation, Reference, System, continue_branch
 
-from tests.share import every
+from tests.share import share
 
 CLOSE = 1e-10
 
@@ -80,7 +80,7 @@ def cases(count):
     return found
 
 
-@pytest.mark.parametrize(("omega", "d", "e", "sigma"), every(cases(50)))
+@pytest.mark.parametrize(("omega", "d", "e", "sigma"), cases(share(50)))
 def test_an_orbit_with_one_impact_doubles_its_period_where_the_closed_formula_says(omega, d, e, sigma):
     orbit, size = Closed(omega, d, e), 1 / np.hypot(1 - omega**2, 2 * d * omega)
     near, reach = sigma + 0.002 * size, {"low": sigma - 0.01 * size, "high": sigma + 0.01 * size}

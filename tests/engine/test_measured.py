@@ -233,22 +233,24 @@ def test_columns_in_the_wrong_frame_are_recognised():
 
 @pytest.mark.parametrize(
     ("change", "words"),
-    [
-        (lambda x: x - [[0.4], [0]], "If the sensor of x1 shows -0.4.* at rest, the reference is .*: fit zero1."),
-        (
-            lambda x: x - [[0.4], [0.5]],
-            "If the sensor of x1 shows -0.4 at rest and the sensor of x2 shows -0.5.* at rest",
-        ),
-        (lambda x: 1000 * x, r"If x1 and x2 are 0.001 times as large \(mm in place of m\), the reference is 0"),
-        (lambda x: x * [[1], [2.4]], "If x2 is 0.416 times as large, the reference is 0"),
-        (lambda x: -x, "If x1 and x2 have the opposite sign, the reference is 0"),
-        (lambda x: x * [[1], [-1]], "If x2 has the opposite sign, the reference is 0.*: correct the columns."),
-        (lambda x: x[::-1], "If the columns of body 1 and body 2 are exchanged, the reference is 0"),
-        (
-            lambda x: x[::-1] / 25.4,
-            r"exchanged and x1 and x2 are 25.4 times as large \(in in place of mm\), the reference",
-        ),
-    ],
+    every(
+        [
+            (lambda x: x - [[0.4], [0]], "If the sensor of x1 shows -0.4.* at rest, the reference is .*: fit zero1."),
+            (
+                lambda x: x - [[0.4], [0.5]],
+                "If the sensor of x1 shows -0.4 at rest and the sensor of x2 shows -0.5.* at rest",
+            ),
+            (lambda x: 1000 * x, r"If x1 and x2 are 0.001 times as large \(mm in place of m\), the reference is 0"),
+            (lambda x: x * [[1], [2.4]], "If x2 is 0.416 times as large, the reference is 0"),
+            (lambda x: -x, "If x1 and x2 have the opposite sign, the reference is 0"),
+            (lambda x: x * [[1], [-1]], "If x2 has the opposite sign, the reference is 0.*: correct the columns."),
+            (lambda x: x[::-1], "If the columns of body 1 and body 2 are exchanged, the reference is 0"),
+            (
+                lambda x: x[::-1] / 25.4,
+                r"exchanged and x1 and x2 are 25.4 times as large \(in in place of mm\), the reference",
+            ),
+        ]
+    ),
 )
 def test_what_of_the_sensors_explains_the_difference_is_proposed(change, words):
     made = synthetic_measurement(System(), 2.76, noise=0.01, phase=0.4)

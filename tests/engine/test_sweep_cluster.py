@@ -18,6 +18,7 @@ from vibroscope.engine import BasinStudy, Newmark, NoSolutionStudy, PlaneStudy, 
 from vibroscope.engine.sweeps import MISSING, EtaStudy, RunOptions, grow
 
 from tests.engine.store_files import files
+from tests.share import every
 from tests.studies import sweep_of
 from tests.waiting import PATIENCE
 
@@ -169,7 +170,7 @@ def test_an_address_without_a_scheduler_is_refused(monkeypatch):
         swept(scheduler="tcp://127.0.0.1:9")
 
 
-@pytest.mark.parametrize("found", ["by waiting", "by fetching"])
+@pytest.mark.parametrize("found", every(["by waiting", "by fetching"]))
 def test_a_scheduler_that_is_lost_is_one_error_and_what_is_stored_is_kept(tmp_path, caplog, found):
     def kill(now):
         if now.done >= 8:
