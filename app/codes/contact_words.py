@@ -386,6 +386,8 @@ def _bilinear_in(values: Values, around: Around) -> tuple[float, None, float]:  
             "a restitution of 0 to 1: give a K1 at or a little above K2"
         )
     known = None not in (around.mass, around.speed)
+    if known and first * bend**2 >= (twice := around.need("mass") * around.need("speed") ** 2):  # δ_y is not reached
+        return 0.5 * (HERTZ + 1.0) * twice / math.sqrt(twice / first) ** (HERTZ + 1.0), None, 1.0
     e = _bilinear_restitution(first, second, bend, around) if known else math.sqrt(max(0.0, 1.0 - lost))
     return mean / (bend / _SHARE) ** (HERTZ - 1.0), None, e
 
@@ -397,8 +399,6 @@ def _bilinear_restitution(first: float, second: float, bend: float, around: Arou
     """
     energy = 0.5 * around.need("mass") * around.need("speed") ** 2
     beyond = 2.0 * energy - first * bend**2  # K₂s² + 2K₁δ_y s, s beyond δ_y
-    if beyond <= 0.0:
-        return 1.0
     root = math.hypot(first * bend, math.sqrt(second * beyond))
     return math.sqrt(max(0.0, 1.0 - (first - second) * bend * beyond / (root + first * bend) / energy))
 
