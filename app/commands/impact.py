@@ -328,7 +328,8 @@ def _report(question: "Impact", options: argparse.Namespace, speeds: "np.ndarray
         lost = span_and_mean(found.energy_lost)
         lines += [Row("with this step", f"restitution {e}; share of the energy lost {lost}")]
         lines += [Row("", f"{_measures(found)}, {steps_in_contact(found)}")]
-    lines += [Row("answer", answer(question, asked, found), 110), Row("", advice(largest, options.tolerance), 110)]
+    said = answer(question, asked, found, by_numbers=options.restitution is None)
+    lines += [Row("answer", said, 110), Row("", advice(largest, options.tolerance), 110)]
     for more, rows in (
         _of_motion(question, speeds) if speeds is not None else ({}, []),
         _of_bounds(question) if options.bounds else ({}, []),

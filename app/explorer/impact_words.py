@@ -45,11 +45,12 @@ def by_formula(question: Impact, asked: float) -> str:
     return "" if given == restitution_text(asked) else f"by the formula of the law's authors, its damper gives {given}"
 
 
-def answer(question: Impact, asked: float, found: WithStep) -> str:
-    """What was asked for, and what the step gives."""
+def answer(question: Impact, asked: float, found: WithStep, by_numbers: bool = False) -> str:
+    """What was asked for, or with ``by_numbers`` what K and D give, and what the step gives."""
     given, span = f"with {steps_text(question.steps_per_contact)} steps in a contact", span_text(found)
     got = f"you get {span}" if span else "no touch has a result"
-    said = f"You asked for {restitution_text(asked)}; {given} {got}{shares_text(found)}."
+    wanted = "K and D give {} without a step" if by_numbers else "You asked for {}"
+    said = f"{wanted.format(restitution_text(asked))}; {given} {got}{shares_text(found)}."
     alone = restitution_text(question.without_step.restitution) if question.force else restitution_text(asked)
     pressed = f" Under the constant force the contact gives {alone} without a step."
     return said if alone == restitution_text(asked) else said + pressed
