@@ -252,6 +252,13 @@ def test_impact_material_can_be_given_the_restitution_that_is_asked_for():
     assert any("its formulas give no restitution below 0.605" in text for text in least.changed)
 
 
+def test_impact_material_that_stays_below_its_bend_is_its_first_line():
+    words = {"K1": "1e8", "K2": "5e7", "dy": "1 mm"}  # 1 kg at 1 m/s comes to 0.1 mm
+    found = translate(codes()["opensees"], words, PHYSICAL, Around(mass=1.0, speed=1.0))
+    assert found.restitution == 1.0
+    assert float(found.written[0].words["K"]) == pytest.approx(1e8)
+
+
 def test_what_the_other_code_cannot_say_is_named():
     found = translate(codes()["mujoco"], {}, codes()["adams"], Around(mass=1.0))
     assert any("solimp" in text and text.startswith("MuJoCo alone") for text in found.unsaid)
