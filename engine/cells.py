@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vibroscope.engine.arguments import require, set_fields, shown, whole
+from vibroscope.engine.arguments import Poll, require, set_fields, shown, whole
 from vibroscope.engine.drivers import batch as driver
 from vibroscope.engine.drivers.event_driven import overlap_message
 from vibroscope.engine.drivers.parameters import at_eta, parameter_rows, parameters_of_stops
@@ -247,7 +247,7 @@ def run_cells(
     recurrence: float = driver.RECURRENCE,
     threads: int | None = None,
     progress: Callable[[int], None] | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> CellResults:
     """Run every cell for ``transient`` + ``sample`` periods and describe its last ``sample`` periods.
 

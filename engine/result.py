@@ -3,11 +3,11 @@
 Results as labelled arrays (xarray), with meaning and unit of each variable as its attributes.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.kernels.status import STATUSES as STATUSES
 from vibroscope.engine.kernels.status import Status
 from vibroscope.engine.methods import Method
@@ -109,7 +109,7 @@ class Cancelled(Exception):
     """The caller withdrew a run before it ended."""
 
 
-def check_cancelled(cancelled: Callable[[], bool] | None) -> None:
+def check_cancelled(cancelled: Poll | None) -> None:
     """Raise Cancelled if the caller asks for it."""
     if cancelled is not None and cancelled():
         raise Cancelled

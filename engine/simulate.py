@@ -1,10 +1,10 @@
 """One run of one solver: validate, call its driver, return a Response."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
-from vibroscope.engine.arguments import require, shown, whole
+from vibroscope.engine.arguments import Poll, require, shown, whole
 from vibroscope.engine.drivers.base import Driver
 from vibroscope.engine.drivers.event_driven import EventDriver
 from vibroscope.engine.drivers.law_driven import LawDriver, needs_law
@@ -35,7 +35,7 @@ def simulate(
     keep: int = KEEP,
     initial: Sequence[float] | Checkpoint | None = None,
     record: Record | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> Response:
     """Run one solver and keep the last periods.
 
@@ -89,9 +89,7 @@ def simulate(
     return _run(starting_checkpoint(initial, system, eta, method), periods, keep, record, cancelled)
 
 
-def _run(
-    start: Checkpoint, periods: int, keep: int, record: Record | None, cancelled: Callable[[], bool] | None
-) -> Response:
+def _run(start: Checkpoint, periods: int, keep: int, record: Record | None, cancelled: Poll | None) -> Response:
     """Run the solver of a checkpoint from there."""
     kept_from = start.periods + periods - keep
     driver = _driver(start.method)(start, keep, kept_from, record)
@@ -149,7 +147,7 @@ def simulate_load(
     *,
     record: Record,
     initial: Sequence[float] | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> Response:
     """Run one solver under a load that is no harmonic: one period, as long as the load says, with samples of all of it.
 

@@ -10,7 +10,7 @@ import contextlib
 import json
 import math
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -45,6 +45,7 @@ from vibroscope.engine import (
     continue_branch,
     search_branches,
 )
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.sweeps import KIND_FLAGS, check_store
 from vibroscope.engine.sweeps.store_location import StoreLocation
 
@@ -88,7 +89,7 @@ class BasinSeeds(NamedTuple):
                 f"{question.over} = {value:g} of {self.target} lies outside {low:g} … {high:g}: take it in"
             )
 
-    def unknown(self, question: BranchQuestion, found: list[Branch], cancelled: Callable[[], bool]) -> Iterator[Branch]:
+    def unknown(self, question: BranchQuestion, found: list[Branch], cancelled: Poll) -> Iterator[Branch]:
         """Follow each motion that lies on no branch found so far."""
         for rows in self.sections:
             known = any(passes(branch, question.value, rows) for branch in found)

@@ -31,6 +31,7 @@ from vibroscope.engine import (
     motion,
     simulate,
 )
+from vibroscope.engine.arguments import Poll
 
 # Periods in the phase plots, at most: the whole cycle of a shorter motion, or so many of one that does not repeat.
 ORBIT_PERIODS = 12
@@ -43,7 +44,6 @@ _SAMPLES, _SAMPLES_OF_STEPS = 1000, 8000
 _FEWEST_SAMPLES = 100  # where so many periods are shown that there are fewer in each
 
 Start = tuple[float, float, float, float]  # ξ₁, ξ₁′, ξ₂, ξ₂′ at τ = 0
-CancelCheck = Callable[[], bool]
 
 
 # ---- the runs of one setting ----------------------------------------------------------------------------------------
@@ -88,7 +88,7 @@ class RunPair:
 _CACHE = Cache(48)  # runs of up to 1.5 MB of samples
 
 
-def compute_runs(setting: Setting, cancelled: CancelCheck | None = None, cache: Cache = _CACHE) -> RunPair:
+def compute_runs(setting: Setting, cancelled: Poll | None = None, cache: Cache = _CACHE) -> RunPair:
     """Both runs for ``setting``, each from the cache if it is there."""
     keys = setting.run_keys.values()
     return RunPair(setting, *(cache.get_or(key, partial(_compute_run, *key, cancelled)) for key in keys))
@@ -127,7 +127,7 @@ def _compute_run(
     eta: float,
     method: Reference | TimeStepping,
     initial: Start,
-    cancelled: CancelCheck | None,
+    cancelled: Poll | None,
 ) -> SolverRun:
     length = run_length(system, eta, initial)
     window = length.get("keep", SHOWN_PERIODS)
@@ -143,7 +143,7 @@ def _compute_run(
     return replace(run, orbit=_orbit(run, cancelled))
 
 
-def _orbit(run: SolverRun, cancelled: CancelCheck | None) -> Trajectory:
+def _orbit(run: SolverRun, cancelled: Poll | None) -> Trajectory:
     """The last cycle, or all of a free vibration. Most are part of the trace; a longer one is computed again."""
     response, trace, window = run.response, run.trace, run.window
     periods = window

@@ -33,6 +33,7 @@ from vibroscope.engine import (
     repetition,
     verdict,
 )
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.divergence.alone import Alone, Curve
 from vibroscope.engine.divergence.sentences import change_of
 from vibroscope.engine.divergence.verdict import agreement
@@ -129,7 +130,7 @@ def describe(runs: RunPair) -> Description:
 
 def explain(
     runs: RunPair,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
     on_judged: Callable[[str, Motion], None] = lambda name, found: None,
     on_alone: Callable[[AloneFacts], None] = lambda facts: None,
 ) -> Explanation:

@@ -30,7 +30,7 @@ from vibroscope.engine import (
     percent,
     written,
 )
-from vibroscope.engine.arguments import shown
+from vibroscope.engine.arguments import Poll, shown
 from vibroscope.engine.facts import Statement, Symbol, equation, joined
 from vibroscope.engine.measurement.cycle import Alignment
 
@@ -88,7 +88,7 @@ def judge_file(
 
 
 def _judge(
-    question: tuple[MeasuredFile, Setting, tuple[str, ...]], cancelled: Callable[[], bool], _: Callable
+    question: tuple[MeasuredFile, Setting, tuple[str, ...]], cancelled: Poll, _: Callable
 ) -> MeasuredComparison | Fit | ValueError:
     file, setting, names = question
     options = {"cancelled": cancelled, "initial": setting.initial}

@@ -5,7 +5,6 @@ after the curves and after the explanation, in a thread of low priority, and is 
 """
 
 import math
-from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
@@ -14,6 +13,7 @@ from vibroscope.app.explorer.state import RunKey, Setting
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.workers import Workers, lower_priority, own_time, pool
 from vibroscope.engine import Cancelled, Kind, Motion, motion, percent
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.facts import Statement, joined, message_of, sentence, stated
 from vibroscope.engine.motions.poincare_map import is_stable
 from vibroscope.engine.motions.time_step_scatter import widths_text
@@ -60,7 +60,7 @@ def known_kinds(setting: Setting) -> Kinds | None:
     return None if None in found.values() else found
 
 
-def judge_motions(setting: Setting, cancelled: Callable[[], bool]) -> Kinds:
+def judge_motions(setting: Setting, cancelled: Poll) -> Kinds:
     """The kinds of both motions, none of a free vibration; raises `engine.Cancelled` if ``cancelled()``."""
     if not setting.is_driven:
         return {}
@@ -80,7 +80,7 @@ def with_kinds(texts: dict[str, str], kinds: Kinds | None) -> dict[str, str]:
     return {head: text + added.get(head, "") for head, text in texts.items()}
 
 
-def _judge(key: RunKey, cancelled: Callable[[], bool]) -> MotionKind:
+def _judge(key: RunKey, cancelled: Poll) -> MotionKind:
     end = own_time() + SECONDS
     *problem, initial = key
     try:

@@ -32,6 +32,7 @@ from vibroscope.engine import (
     steps_at,
     written,
 )
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.facts import ALL_DIGITS, Amount, Statement, Symbol, equation, joined, sentence, stated
 from vibroscope.engine.recommendation.contacts import FORCE_RANGE, RESTITUTION_RANGE
 from vibroscope.engine.recommendation.question import STEPS_MAX_RANGE, STIFFNESS_MAX_RANGE, largest_stiffness
@@ -192,9 +193,7 @@ def begin_search(question: Question, deliver: Callable[[Answer, object], None]) 
     return Answer(question, _recommend, deliver, search_threads(), "suggestion")
 
 
-def _recommend(
-    question: Question, cancelled: Callable[[], bool], report: Callable[[tuple[float, SoFar]], None]
-) -> Recommendation:
+def _recommend(question: Question, cancelled: Poll, report: Callable[[tuple[float, SoFar]], None]) -> Recommendation:
     found = CACHE.get(question)
     if found is not None:
         return found

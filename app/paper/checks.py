@@ -9,6 +9,7 @@ from vibroscope.app.paper.claims import is_cancelled
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.workers import lower_priority, pool
 from vibroscope.app.studies.study_job import StudyJob
+from vibroscope.engine.arguments import Poll
 
 CHECKED = Cache(len(CLAIMS))  # all: no setting changes a finding
 
@@ -28,7 +29,7 @@ def begin_check(key: str, deliver: Callable[[StudyJob, Checked | Exception], Non
     return StudyJob(key, _check, deliver, CHECKED, threads)
 
 
-def _check(key: str, _: None, cancelled: Callable[[], bool]) -> Iterator[Checked]:
+def _check(key: str, _: None, cancelled: Poll) -> Iterator[Checked]:
     token = is_cancelled.set(cancelled)
     try:
         found = Checked(key, CLAIMS[key].find())

@@ -14,6 +14,7 @@ from vibroscope.app.explorer.presets import scenes
 from vibroscope.app.explorer.state import Setting
 from vibroscope.app.paper.pictures import Picture
 from vibroscope.engine import Method, Record, Response, System, simulate
+from vibroscope.engine.arguments import Poll
 
 SYSTEM = System()
 # What a printed phase plot can resolve: points that scatter (standard deviation) by less than this share of the
@@ -67,7 +68,7 @@ def percent(share: float) -> str:
 
 
 # Whether the check that runs is cancelled; those that take many seconds poll it, and raise `Cancelled`.
-is_cancelled: ContextVar[Callable[[], bool] | None] = ContextVar("is_cancelled", default=None)
+is_cancelled: ContextVar[Poll | None] = ContextVar("is_cancelled", default=None)
 
 VERDICTS = ("agrees", "differs", "shown by example")
 

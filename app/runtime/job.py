@@ -9,6 +9,7 @@ from vibroscope.app.runtime import logs, metrics
 from vibroscope.app.runtime.compilation import Compiled, compilation
 from vibroscope.app.runtime.workers import Workers, give_way, own_time, stand_aside
 from vibroscope.engine import Cancelled
+from vibroscope.engine.arguments import Poll
 
 
 class Job(ABC):
@@ -110,7 +111,7 @@ class Answer(Job):
     def __init__(
         self,
         question: object,
-        solve: Callable[[object, Callable[[], bool], Callable[[object], None]], object],
+        solve: Callable[[object, Poll, Callable[[object], None]], object],
         deliver: "Callable[[Answer, object], None]",
         threads: Workers,
         what: str,

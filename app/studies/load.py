@@ -1,7 +1,7 @@
 """Both solutions under a pulse, a sweep or a record, from the start that is set; shock response. No panel import."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -25,6 +25,7 @@ from vibroscope.engine import (
     transient,
     transient_difference,
 )
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.facts import Statement, message_of
 
 RATIOS = np.geomspace(0.1, 10.0, 41)  # natural frequencies of the shock response, in units of that of body 1
@@ -177,7 +178,7 @@ def drawn_load(load: Load, end: float) -> tuple[np.ndarray, np.ndarray]:
     return envelope(time, load.after(time), _BINS)
 
 
-def grow_load(question: LoadQuestion, last: PartialRuns | None, cancelled: Callable[[], bool]) -> Iterator[PartialRuns]:
+def grow_load(question: LoadQuestion, last: PartialRuns | None, cancelled: Poll) -> Iterator[PartialRuns]:
     """The reference, the penalty solution with the parts of the difference, the shock response; ends if cancelled.
 
     Raises `Cancelled`.

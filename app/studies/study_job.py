@@ -13,6 +13,7 @@ from typing import Protocol
 from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.job import Job
 from vibroscope.app.runtime.workers import LONG, Workers, lower_priority, own_time, pool
+from vibroscope.engine.arguments import Poll
 
 THREADS = 4  # studies that run at the same time, of all sessions
 SECONDS = 180.0  # of one study's own time, unless its user says "go on"
@@ -34,7 +35,7 @@ class PartialResult(Protocol):
 
 
 # From a question, an earlier result to go on from, which is a part, and whether it was cancelled.
-Grow = Callable[[object, PartialResult | None, Callable[[], bool]], Iterator[PartialResult]]
+Grow = Callable[[object, PartialResult | None, Poll], Iterator[PartialResult]]
 
 
 def study_threads() -> Workers:

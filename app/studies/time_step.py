@@ -3,7 +3,7 @@
 At the end the motions whose sections do not show what they are, are judged (:mod:`engine.sweeps.motion_kinds`).
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -11,6 +11,7 @@ import numpy as np
 from vibroscope.app.explorer.method_words import scheme_as_dict
 from vibroscope.app.runtime.settings import current_settings
 from vibroscope.engine import System, TimeStepping, stiffness_of_step
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.sweeps import (
     MISSING,
     SCHEMES,
@@ -141,7 +142,7 @@ def question_as_dict(question) -> dict[str, object]:
     return found if scale is None else found | {"stiffness_of_step": scale}
 
 
-def grow_step(question: StepQuestion, last: PartialStep | None, cancelled: Callable[[], bool]) -> Iterator[PartialStep]:
+def grow_step(question: StepQuestion, last: PartialStep | None, cancelled: Poll) -> Iterator[PartialStep]:
     """Partial results of the study, which is kept on disk. Raises `Cancelled`."""
     study = question.study()
     options = RunOptions(threads=current_settings().threads, cells_per_chunk=STEPS_AT_ONCE, cancelled=cancelled)

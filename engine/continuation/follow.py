@@ -5,12 +5,12 @@ zero, the zero is located along the curve. At the zero of a margin the curve goe
 (:mod:`.sequences`). It ends where the branch is back at its first orbit, or in a branch of half its period.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from operator import attrgetter
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.continuation.branch import KnownBranches, point_on_branch
 from vibroscope.engine.continuation.curve import Curve, CurvePoint
 from vibroscope.engine.continuation.kinds import (
@@ -143,7 +143,7 @@ class BranchTracer(Tracer):
 
     control = StepControl(first=0.005, largest=0.05, smallest=1e-9, growth=8.0, bend=0.12, turn=0.98)
 
-    def __init__(self, curve: Curve, start: CurvePoint, cancelled: Callable[[], bool] | None = None) -> None:
+    def __init__(self, curve: Curve, start: CurvePoint, cancelled: Poll | None = None) -> None:
         super().__init__(curve, start, cancelled)
         self._grazings: list[float] = []  # since the last other change of the sequence
         self._indicators = indicators(start)

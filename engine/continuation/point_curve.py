@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.continuation.branch import Point
 from vibroscope.engine.continuation.family import BranchQuestion, Family, ParameterRange
 from vibroscope.engine.continuation.follow import difference_of_halves, share_on_chord
@@ -236,7 +237,7 @@ class PointCurves:
         along: str,
         along_low: float,
         along_high: float,
-        cancelled: Callable[[], bool] | None = None,
+        cancelled: Poll | None = None,
     ) -> None:
         if along == question.over:
             raise ValueError(f"along = {along!r} is the number that varies already: give another one")
@@ -331,9 +332,7 @@ class PointTracer(Tracer):
     control = StepControl(first=0.005, largest=0.02, smallest=1e-7, growth=1.5)
     what = "points"
 
-    def __init__(
-        self, problem: PointProblem, start: Place, way: float, cancelled: Callable[[], bool] | None = None
-    ) -> None:
+    def __init__(self, problem: PointProblem, start: Place, way: float, cancelled: Poll | None = None) -> None:
         super().__init__(problem, start, cancelled)
         self.plane, self.kind = problem.plane, problem.kind
         self.values: list[tuple[float, float]] = []

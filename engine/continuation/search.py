@@ -18,7 +18,7 @@ from itertools import chain
 from pathlib import Path
 
 import numpy as np
-from vibroscope.engine.arguments import checked
+from vibroscope.engine.arguments import Poll, checked
 from vibroscope.engine.continuation.branch import Branch, KnownBranches, branch_of_traces, point_on_branch
 from vibroscope.engine.continuation.curve import Curve, CurvePoint
 from vibroscope.engine.continuation.family import BranchQuestion
@@ -137,7 +137,7 @@ class BranchSearch:
         self,
         question: BranchQuestion,
         threads: int | None = None,
-        cancelled: Callable[[], bool] | None = None,
+        cancelled: Poll | None = None,
         keep: str | Path | None = None,
     ) -> None:
         self.question, self.family, self.span, self.cancelled = question, question.family, question.span, cancelled
@@ -297,9 +297,7 @@ def _first_along(curve: Curve, here: CurvePoint, kind: str, away: np.ndarray) ->
     return None
 
 
-def continue_branch(
-    question: BranchQuestion, *, threads: int | None = None, cancelled: Callable[[], bool] | None = None
-) -> Branch:
+def continue_branch(question: BranchQuestion, *, threads: int | None = None, cancelled: Poll | None = None) -> Branch:
     """Follow the periodic motion that a run settles to, both ways through a range of one number.
 
     Parameters
@@ -344,7 +342,7 @@ def search_branches(
     threads: int | None = None,
     note: Callable[[str], None] | None = None,
     keep: str | Path | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> Iterator[Branch]:
     """Follow every branch of periodic motions through a range of one number, and yield each as it is found.
 

@@ -5,9 +5,10 @@ cycle lies near the unstable motion from which its period doubled or trebled.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.cells import CellResults, Cells, run_cells
 from vibroscope.engine.continuation.curve import Curve, CurvePoint
 from vibroscope.engine.continuation.orbit import Orbit, least_period, orbit_of_run
@@ -42,9 +43,7 @@ class OrbitFinder:
     cancelled : callable or None
     """
 
-    def __init__(
-        self, curve: Curve, max_period: int, threads: int | None, cancelled: Callable[[], bool] | None
-    ) -> None:
+    def __init__(self, curve: Curve, max_period: int, threads: int | None, cancelled: Poll | None) -> None:
         self.curve, self.family, self.max_period = curve, curve.family, max_period
         self.threads, self.cancelled = threads, cancelled
         self.kinds_of_runs = Counter()  # "periodic", "longer", "aperiodic", "ended"

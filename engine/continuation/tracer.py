@@ -12,6 +12,7 @@ from itertools import chain, zip_longest
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.continuation.tolerances import AT_BORDER
 from vibroscope.engine.result import check_cancelled
 
@@ -93,7 +94,7 @@ class Tracer(Trace):
     control: StepControl
     what = "orbits"
 
-    def __init__(self, curve, start, cancelled: Callable[[], bool] | None = None) -> None:
+    def __init__(self, curve, start, cancelled: Poll | None = None) -> None:
         super().__init__([start])
         self.curve, self.cancelled = curve, cancelled
 

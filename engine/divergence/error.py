@@ -5,10 +5,11 @@ root mean square of the reference: ``total`` of :func:`.compare.compare`. All pe
 a section scatter, and a single period may be close to the reference by chance.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.divergence.grid import (
     PER_PERIOD,
     about_rest,
@@ -68,7 +69,7 @@ class Target:
         reference: Reference | None = None,
         *,
         initial: Sequence[float] | None = None,
-        cancelled: Callable[[], bool] | None = None,
+        cancelled: Poll | None = None,
     ) -> "Target":
         """Find the motion that the reference (by default the paper's) settles to from rest, or from ``initial``.
 
@@ -87,7 +88,7 @@ class Target:
         """Whether the reference repeats itself: only then a difference at each instant is meaningful."""
         return self.period > 0
 
-    def error(self, penalty: Response, cancelled: Callable[[], bool] | None = None) -> float:
+    def error(self, penalty: Response, cancelled: Poll | None = None) -> float:
         """Return the rms difference of the displacements over all sampled periods, relative to the reference.
 
         Parameters
@@ -121,14 +122,12 @@ class Target:
             penalty = simulate_samples(penalty, Record(penalty.keep, PER_PERIOD, steps), cancelled)
         return self.error_of_samples(samples_by_period(penalty)[:2], grid_of(penalty), cancelled)
 
-    def error_of_samples(
-        self, displacement: np.ndarray, grid: Record, cancelled: Callable[[], bool] | None = None
-    ) -> float:
+    def error_of_samples(self, displacement: np.ndarray, grid: Record, cancelled: Poll | None = None) -> float:
         """Return the error of ξ₁ and ξ₂ sampled on a grid, (2, periods, m)."""
         cycle, size = self.cycle(grid, cancelled)
         return relative_to(rms(displacement - closest_repetition(cycle, displacement)), size)
 
-    def cycle(self, grid: Record, cancelled: Callable[[], bool] | None = None) -> tuple[np.ndarray, float]:
+    def cycle(self, grid: Record, cancelled: Poll | None = None) -> tuple[np.ndarray, float]:
         """Return one cycle of ξ₁ and ξ₂ on the grid, (2, period, m), and its rms from rest; both are cached."""
         if grid not in self._cycles:
             cycle = samples_on_grid(self.reference, replace(grid, periods=self.period), cancelled)[:2]
@@ -160,7 +159,7 @@ class SampledRuns:
         start: tuple,
         periods: int,
         record: Record,
-        cancelled: Callable[[], bool] | None = None,
+        cancelled: Poll | None = None,
         every_step: bool = False,
     ) -> tuple[np.ndarray | None, int]:
         """Return ξ₁ and ξ₂ over the recorded periods, (2, record.periods, m), and the steps taken.
@@ -199,7 +198,7 @@ class SampledRuns:
         start: tuple,
         periods: int,
         record: Record,
-        cancelled: Callable[[], bool] | None = None,
+        cancelled: Poll | None = None,
         every_step: bool = False,
     ) -> tuple[float, float]:
         """Return the error of a run over the recorded periods, inf if it ends early, and the steps per period.

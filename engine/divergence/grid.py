@@ -21,6 +21,7 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.divergence.tolerances import BURSTS, DRAWS_NEARER, EVEN_SAMPLES, NARROW, NOTICED, SECTION_DRIFT
 from vibroscope.engine.drivers.section import period_of
 from vibroscope.engine.law_table import LAWS
@@ -54,7 +55,7 @@ def run_again(response: Response, **changed: Any) -> Response:
     return simulate(**{name: getattr(response, name) for name in names} | changed)
 
 
-def simulate_samples(response: Response, record: Record, cancelled: Callable[[], bool] | None = None) -> Response:
+def simulate_samples(response: Response, record: Record, cancelled: Poll | None = None) -> Response:
     """Simulate the first ``record.periods`` of the kept periods again, all of them sampled.
 
     Raises
@@ -68,7 +69,7 @@ def simulate_samples(response: Response, record: Record, cancelled: Callable[[],
     return run_again(response, initial=response.checkpoint, cancelled=cancelled, **kept)
 
 
-def samples_on_grid(response: Response, record: Record, cancelled: Callable[[], bool] | None = None) -> np.ndarray:
+def samples_on_grid(response: Response, record: Record, cancelled: Poll | None = None) -> np.ndarray:
     """Return ξ₁, ξ₂, ξ₁′, ξ₂′ of the first ``record.periods`` kept periods, (4, periods, m), at the record's phases."""
     return samples_by_period(simulate_samples(response, record, cancelled))
 
@@ -126,7 +127,7 @@ def closest_repetition(cycle: np.ndarray, displacement: np.ndarray) -> np.ndarra
 
 
 def samples_beside(
-    response: Response, period: int, other: np.ndarray, grid: Record, cancelled: Callable[[], bool] | None = None
+    response: Response, period: int, other: np.ndarray, grid: Record, cancelled: Poll | None = None
 ) -> tuple[np.ndarray, int]:
     """Sample a run on the grid of another solution, shifted by whole periods to be closest to it.
 

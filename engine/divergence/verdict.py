@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.divergence.alone import Alone, Change
 from vibroscope.engine.divergence.blame import Blame, find_blame
 from vibroscope.engine.divergence.compare import Comparison, compare_changed, error_from_penalty_state
@@ -180,7 +181,7 @@ def verdict(
     *,
     progress: Callable[[Alone], None] = lambda found: None,
     threads: int | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> Verdict:
     """Say what a comparison means, by some hundred more runs of the penalty solution.
 

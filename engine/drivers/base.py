@@ -11,6 +11,7 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.drivers.parameters import parameters_of_stops
 from vibroscope.engine.facts import Ending
 from vibroscope.engine.kernels.compile.packing import Layout
@@ -58,7 +59,7 @@ class Driver(ABC):
             self._state = state
             _USED.add(self.loop)
 
-    def advance(self, stop: int, cancelled: Callable[[], bool] | None, *, record: bool) -> tuple[Status, str]:
+    def advance(self, stop: int, cancelled: Poll | None, *, record: bool) -> tuple[Status, str]:
         """Run to the end of period ``stop``; returns status and message.
 
         Raises

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.drivers.base import CAPACITY, SteppingDriver
 from vibroscope.engine.drivers.parameters import at_start, parameter_rows, parameters_of_stops
 from vibroscope.engine.kernels.accelerated import skip
@@ -151,7 +152,7 @@ class SkippedSamples:
         start: tuple,
         periods: int,
         record: Record,
-        cancelled: Callable[[], bool] | None = None,
+        cancelled: Poll | None = None,
     ) -> tuple[np.ndarray | None, int]:
         """Return ξ₁ and ξ₂ over the recorded periods, (2, record.periods, m), and the steps taken.
 

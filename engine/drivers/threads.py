@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 
 import numpy as np
-from vibroscope.engine.arguments import whole
+from vibroscope.engine.arguments import Poll, whole
 from vibroscope.engine.result import Cancelled
 
 GRAIN = 4  # cells that a thread takes at a time, at least, unless they are few; chains stay together
@@ -31,7 +31,7 @@ def share_out(
     *,
     threads: int,
     progress: Callable[[int], None] | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
     grain: int = GRAIN,
 ) -> None:
     """Run the places 0 … ends[−1] of an order.

@@ -41,9 +41,8 @@ with ξ″ by the equations of motion at the ends. Of a
 smooth motion that is sampled, all that remains is the change of a function of the state, of second order.
 """
 
-from collections.abc import Callable
-
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.contact import spring_energy
 from vibroscope.engine.drivers.event_driven import contact_state
 from vibroscope.engine.drivers.law_driven import law_powers, needs_law
@@ -101,7 +100,7 @@ def _mean(values: np.ndarray) -> np.ndarray:
 def energy_balance(
     response: Response,
     start: tuple[float, float, float, float] | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> EnergyBalance:
     """Compute the energy balance of the kept periods of a response.
 

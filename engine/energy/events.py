@@ -15,12 +15,13 @@ with E(τ) = exp(Aτ). G and E follow for short durations from their Taylor seri
 E(2s) = E(s)².
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.drivers.event_driven import contact_state
 from vibroscope.engine.drivers.parameters import Parameters, equilibria, generators, parameters_of, seen_from_stops
 from vibroscope.engine.methods import Method
@@ -161,9 +162,7 @@ class EnergyBalance:
         return float(self.stored + max(np.abs(self.work).max(initial=0.0), self.lost.max(initial=0.0)))
 
 
-def balance_between_events(
-    response: Response, rows: np.ndarray, cancelled: Callable[[], bool] | None = None
-) -> EnergyBalance:
+def balance_between_events(response: Response, rows: np.ndarray, cancelled: Poll | None = None) -> EnergyBalance:
     """Balance the energy between consecutive rows of the section, (n + 1, 4): n periods."""
     forms = [energy_forms(seen, response.eta, own) for seen, own in seen_from_stops(response.system, response.method)]
     segments = _segments(response, rows)

@@ -20,7 +20,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from vibroscope.engine.arguments import whole
+from vibroscope.engine.arguments import Poll, whole
 from vibroscope.engine.cells import Cells
 from vibroscope.engine.drivers.batch import follow
 from vibroscope.engine.drivers.threads import thread_count
@@ -95,7 +95,7 @@ def lyapunov(
     *,
     initial: Sequence[float] | None = REST,
     periods: int = 8192,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> Lyapunov:
     """Compute the largest Lyapunov exponent of the motion that begins at ``initial``.
 
@@ -145,7 +145,7 @@ def follow_cells(
     judge: Callable[[int, Lyapunov], None],
     *,
     threads: int | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> None:
     """Compute the largest Lyapunov exponent of some cells of a method without a time step, each from its own start.
 

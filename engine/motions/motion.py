@@ -15,11 +15,12 @@ A motion of Newmark's method, or of another one with a time step, is judged by i
 (:mod:`.time_step_scatter`).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.cells import Cells
 from vibroscope.engine.drivers.law_driven import remembers
 from vibroscope.engine.drivers.section import period_of
@@ -75,7 +76,7 @@ def motion(
     method: Method | None = None,
     *,
     initial: Sequence[float] | None = REST,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> Motion:
     """Describe the kept periods of a response, or find out what the motion of a system is.
 
@@ -134,7 +135,7 @@ class Runs(NamedTuple):
     system: System
     eta: float
     method: Method
-    cancelled: Callable[[], bool] | None
+    cancelled: Poll | None
 
     def run(self, periods: int, initial: Sequence[float] | Checkpoint | None, **how) -> Response:
         """A run that keeps its last DESCRIBED_PERIODS; other keywords as of :func:`engine.simulate`."""

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.drivers.event_driven import LinearFlow, contact_state, displaced_state, set_up
 from vibroscope.engine.drivers.law_driven import LawFlow, needs_law
 from vibroscope.engine.facts import Amount, Dimensionless, Statement, stated
@@ -74,9 +75,7 @@ class Return(NamedTuple):
 class PoincareMap:
     """The Poincaré map τ ≡ 0 mod T of one closed-form solver; it counts the excitation periods that it integrates."""
 
-    def __init__(
-        self, system: System, eta: float, method: Reference | ExactPenalty, cancelled: Callable[[], bool] | None
-    ):
+    def __init__(self, system: System, eta: float, method: Reference | ExactPenalty, cancelled: Poll | None):
         self.mechanics = system
         self.by_differences = needs_law(method)
         if self.by_differences:
@@ -155,7 +154,7 @@ def multipliers(
     method: Method,
     state: np.ndarray,
     period: float,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> np.ndarray:
     """Return the Floquet multipliers of the motion that returns to ``state`` after ``period`` periods.
 
@@ -202,7 +201,7 @@ def half_cycle_multipliers(
     method: Method,
     state: np.ndarray,
     period: int,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> np.ndarray:
     """Return the multipliers of a symmetric motion between two stops from a state to its mirror image, half its length.
 

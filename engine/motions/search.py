@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from vibroscope.engine.arguments import whole
+from vibroscope.engine.arguments import Poll, whole
 from vibroscope.engine.cells import CellResults, Cells, run_cells
 from vibroscope.engine.drivers.law_driven import remembers
 from vibroscope.engine.methods import Method
@@ -114,7 +114,7 @@ class MotionSearch:
         run: CellResults,
         k: int,
         motions: list[KnownMotion],
-        cancelled: Callable[[], bool] | None = None,
+        cancelled: Poll | None = None,
         start: np.ndarray | None = None,
     ) -> int | None:
         """Index of the motion that the k-th run leads to, which is added where it is new; None if it ended early.
@@ -137,7 +137,7 @@ class MotionSearch:
         self,
         motions: list[KnownMotion],
         start: np.ndarray,
-        cancelled: Callable[[], bool] | None,
+        cancelled: Poll | None,
         section: np.ndarray | None = None,
     ) -> int | None:
         """Index of the motion that a start leads to, which is added where it is new; None if its run ends early.
@@ -160,7 +160,7 @@ class MotionSearch:
         motions.append(self.prepared(found, cancelled))
         return len(motions) - 1
 
-    def prepared(self, found: KnownMotion, cancelled: Callable[[], bool] | None) -> KnownMotion:
+    def prepared(self, found: KnownMotion, cancelled: Poll | None) -> KnownMotion:
         """A new motion with what later runs are compared with."""
         return found
 
@@ -170,7 +170,7 @@ class MotionSearch:
             return states
         return np.array([self.system.without_penetration(state) for state in states]).reshape(-1, 4)
 
-    def cycle_from(self, start: np.ndarray, cancelled: Callable[[], bool] | None) -> KnownMotion | None:
+    def cycle_from(self, start: np.ndarray, cancelled: Poll | None) -> KnownMotion | None:
         """The cycle that Newton's method finds from a start; None if there is no cycle, or no Newton's method."""
         if not self.closed_form:
             return None
@@ -266,7 +266,7 @@ def attractors(
     starts: int = STARTS,
     seed: int = 0,
     progress: Callable[[int], None] | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> tuple[Attractor, ...]:
     """Search for the motions that attract at the same parameters.
 
@@ -317,7 +317,7 @@ def search_attractors(
     *,
     starts: int = STARTS,
     seed: int = 0,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> Iterator[tuple[Attractor, ...]]:
     """Yield the motions found so far after each start, with their shares of the starts so far.
 

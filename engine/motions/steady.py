@@ -22,12 +22,12 @@ sequence and the condition are checked cycle by cycle until the distance has fal
 basin of attraction smaller than that would be accepted wrongly.)
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from vibroscope.engine.arguments import whole
+from vibroscope.engine.arguments import Poll, whole
 from vibroscope.engine.drivers.event_driven import EventDriver
 from vibroscope.engine.drivers.law_driven import LawDriver, by_steps, needs_law
 from vibroscope.engine.drivers.section import period_of
@@ -345,7 +345,7 @@ def steady(
     max_period: int = 8,
     stable_only: bool = True,
     record: Record | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> Steady:
     """Find the periodic motion that a run from the start converges to.
 

@@ -19,10 +19,10 @@ is convex, so that there is one place to rest: where both have dampers, the regi
 time steps this is not true: a step in which contact changes may create energy, and a free vibration grow without end.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.drivers.event_driven import contact_state
 from vibroscope.engine.methods import ExactPenalty, Reference
 from vibroscope.engine.model import System
@@ -56,7 +56,7 @@ def trapping_regions(
     eta: float,
     method: Reference | ExactPenalty,
     found: Steady,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> list[Region]:
     """A trapping region around each point of a stable cycle where there is one of more than rounding.
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from vibroscope.engine.arguments import require, shown
+from vibroscope.engine.arguments import Poll, require, shown
 from vibroscope.engine.cells import CellResults, Cells
 from vibroscope.engine.drivers import batch as driver
 from vibroscope.engine.drivers.batch import are_compiled
@@ -176,7 +176,7 @@ class BasinSearch(MotionSearch):
         self.trapped = not method.has_step and bool(are_compiled(method, self._row)[0])
         self._found: list[KnownMotion] | None = None
 
-    def motions(self, threads: int | None = None, cancelled: Callable[[], bool] | None = None) -> list[KnownMotion]:
+    def motions(self, threads: int | None = None, cancelled: Poll | None = None) -> list[KnownMotion]:
         """The motions that starts of the lattice lead to, in the order in which they were found.
 
         Threads that ask before they are found search each on its own: a lock would be held while ``cancelled`` lets
@@ -201,7 +201,7 @@ class BasinSearch(MotionSearch):
         *,
         threads: int | None = None,
         progress: Callable[[int], None] | None = None,
-        cancelled: Callable[[], bool] | None = None,
+        cancelled: Poll | None = None,
     ) -> Reached:
         """Run cells until it is known which motion each of them tends to.
 
@@ -323,7 +323,7 @@ class BasinSearch(MotionSearch):
                 self.led_to(run, k, motions, cancelled)
         return motions
 
-    def prepared(self, found: KnownMotion, cancelled: Callable[[], bool] | None) -> KnownMotion:
+    def prepared(self, found: KnownMotion, cancelled: Poll | None) -> KnownMotion:
         """A new motion with its trapping regions, where the kernel looks for them."""
         if self.trapped and found.cycle is not None:
             found.regions.extend(trapping_regions(self.system, self.eta, self.method, found.cycle, cancelled))

@@ -19,6 +19,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.cells import CellResults, Cells
 from vibroscope.engine.divergence.error import Target
 from vibroscope.engine.divergence.grid import closest_repetition, relative_to, rms
@@ -93,7 +94,7 @@ class ReferenceMotion:
         *,
         threads: int | None = None,
         progress: Callable[[int], None] | None = None,
-        cancelled: Callable[[], bool] | None = None,
+        cancelled: Poll | None = None,
     ) -> np.ndarray:
         """Error, its part by the time step and its part by the regularisation, of each cell: (3, n).
 
@@ -161,7 +162,7 @@ def _record_of(steps: int) -> Record:
     return Record(1, len(Record(1, ERROR_SAMPLES).phases(steps)), steps) if steps else Record(1, ERROR_SAMPLES)
 
 
-def _displacements(start: Checkpoint, record: Record, cancelled: Callable[[], bool]) -> np.ndarray | None:
+def _displacements(start: Checkpoint, record: Record, cancelled: Poll) -> np.ndarray | None:
     """ξ₁ and ξ₂ over the periods of a record, (periods, m, 2); None if the run ends early or is cancelled."""
     how = {"periods": record.periods, "keep": record.periods, "record": record, "cancelled": cancelled}
     try:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.result import check_cancelled
 from vibroscope.engine.sweeps import batches
 from vibroscope.engine.sweeps.batches import (
@@ -65,7 +66,7 @@ class RunOptions:
     threads: int | None = None
     cells_per_chunk: int | None = None
     progress: ProgressCallback | None = None
-    cancelled: Callable[[], bool] | None = None
+    cancelled: Poll | None = None
     wait: bool = False
 
 

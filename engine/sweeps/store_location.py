@@ -19,11 +19,12 @@ import math
 import os
 import shutil
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.result import Cancelled
 from vibroscope.engine.sweeps.batches import Chunk
 from vibroscope.engine.sweeps.study import Study
@@ -225,7 +226,7 @@ class StoreLocation:
                 path.unlink(missing_ok=True)
 
     @contextlib.contextmanager
-    def lock(self, *, wait: bool = False, cancelled: Callable[[], bool] | None = None) -> Iterator[None]:
+    def lock(self, *, wait: bool = False, cancelled: Poll | None = None) -> Iterator[None]:
         """Hold the folder for this process; the system releases it however the process ends.
 
         Raises

@@ -17,7 +17,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from vibroscope.engine.arguments import check_fields, require, shown, whole
+from vibroscope.engine.arguments import Poll, check_fields, require, shown, whole
 from vibroscope.engine.cells import CellResults, Cells, run_cells
 from vibroscope.engine.methods import METHOD_NUMBERS, Method
 from vibroscope.engine.model import BODY_2, FORCES_ON_BODY_2, System, check_eta
@@ -197,7 +197,7 @@ class Study(abc.ABC):
         before: dict[str, np.ndarray] | None = None,
         threads: int | None = None,
         progress: Callable[[int], None] | None = None,
-        cancelled: Callable[[], bool] | None = None,
+        cancelled: Poll | None = None,
     ) -> dict[str, np.ndarray]:
         """The variables of a batch of cells (by default all), in the shape that a grid has at this index.
 

@@ -1,9 +1,10 @@
 """The difference of a penalty solution from the reference under a load, and its parts (Eq. (53))."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.divergence.grid import about_rest, rms
 from vibroscope.engine.divergence.parts import Difference, DifferenceSeries, PerSolution, known, part_names
 from vibroscope.engine.load import Load
@@ -55,7 +56,7 @@ def transient_difference(
     *,
     free: float = FREE_CYCLES * CYCLE,
     initial: Sequence[float] | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> TransientDifference:
     """Run a penalty solution and the reference under a load, and split their difference into its parts.
 

@@ -5,11 +5,11 @@ and body 2 stay as they are in physical units; only what they are counted in, 1/
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from vibroscope.engine.arguments import require, shown
+from vibroscope.engine.arguments import Poll, require, shown
 from vibroscope.engine.facts import Amount, message_of, stated
 from vibroscope.engine.load import Load
 from vibroscope.engine.methods import STEPS_RANGE, Method, Reference
@@ -52,7 +52,7 @@ def shock_response(
     ratios: Sequence[float],
     method: Method | None = None,
     *,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> ShockResponse:
     """Run a system under a base shock with other natural frequencies of body 1, and body 1 alone.
 
@@ -140,9 +140,7 @@ def with_natural_frequency(system: System, method: Method, ratio: float) -> tupl
     return replace(system, **own), replace(method, **numbers) if numbers else method
 
 
-def _row(
-    system: System, load: Load, method: Method, ratio: float, cancelled: Callable[[], bool] | None
-) -> tuple[float, ...]:
+def _row(system: System, load: Load, method: Method, ratio: float, cancelled: Poll | None) -> tuple[float, ...]:
     """What :class:`ShockResponse` has of one natural frequency."""
     system, method = with_natural_frequency(system, method, ratio)
     load = load.scaled(ratio, 1.0 / ratio**2)

@@ -5,12 +5,12 @@ the cubic that has the values and the slopes of both ends of an interval.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from vibroscope.engine.arguments import require
+from vibroscope.engine.arguments import Poll, require
 from vibroscope.engine.energy.balance import energy_balance
 from vibroscope.engine.energy.events import EnergyBalance
 from vibroscope.engine.load import Load
@@ -219,7 +219,7 @@ def transient(
     *,
     free: float = FREE_CYCLES * CYCLE,
     initial: Sequence[float] | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    cancelled: Poll | None = None,
 ) -> Transient:
     """Run a system from rest under a load in place of its harmonic motion and forces; constant forces stay.
 

@@ -25,6 +25,7 @@ from vibroscope.app.page.tab import TabHost, on_loop
 from vibroscope.app.runtime.job import Answer, Job
 from vibroscope.app.runtime.workers import workers
 from vibroscope.engine import Compiled, Excitation, percent
+from vibroscope.engine.arguments import Poll
 
 
 def begin_runs(setting: Setting, deliver: Callable[[Job, object], None]) -> Answer:
@@ -32,7 +33,7 @@ def begin_runs(setting: Setting, deliver: Callable[[Job, object], None]) -> Answ
     return Answer(setting, _compute, deliver, workers(), "pin", needs=needed(setting, Compiled.MOTIONS))
 
 
-def _compute(setting: Setting, cancelled: Callable[[], bool], _: Callable) -> Result:
+def _compute(setting: Setting, cancelled: Poll, _: Callable) -> Result:
     return prepare(compute_runs(setting, cancelled))
 
 

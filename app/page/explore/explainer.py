@@ -17,6 +17,7 @@ from vibroscope.app.runtime.cache import Cache
 from vibroscope.app.runtime.job import Answer
 from vibroscope.app.runtime.workers import background_worker
 from vibroscope.engine import Compiled
+from vibroscope.engine.arguments import Poll
 
 _APART = 0.2  # s between curves of a search that are shown while it runs
 _REST = 150  # ms without a new result before the difference is explained: while a slider moves, the curves come first
@@ -78,7 +79,7 @@ def _key(setting: Setting) -> object:
     return setting.system, setting.eta, setting.penalty, setting.reference, setting.initial
 
 
-def _explain(setting: Setting, cancelled: Callable[[], bool], report: Callable[[AloneFacts], None]) -> Explanation:
+def _explain(setting: Setting, cancelled: Poll, report: Callable[[AloneFacts], None]) -> Explanation:
     how = cancelled, partial(keep_kind, setting), _now_and_then(report)
     return EXPLANATIONS.get_or(_key(setting), lambda: explain(compute_runs(setting, cancelled), *how))
 
@@ -129,5 +130,5 @@ class MotionJudge(Asker):
             self._show(kinds)
 
 
-def _judge(setting: Setting, cancelled: Callable[[], bool], _: Callable) -> Kinds:
+def _judge(setting: Setting, cancelled: Poll, _: Callable) -> Kinds:
     return judge_motions(setting, cancelled)

@@ -36,6 +36,7 @@ from vibroscope.app.page.shared.figure import PIN_NAMES
 from vibroscope.app.page.shared.muting import Muting
 from vibroscope.app.page.tab import COMPUTING, Look, Move, TabHost, TabView
 from vibroscope.engine import Units
+from vibroscope.engine.arguments import Poll
 from vibroscope.engine.simulate import LONGEST_FLIGHT
 
 _GRID = "explore-grid"  # a class of `explore.css`
@@ -271,7 +272,7 @@ class Explore(TabView):
             self._push(move.number, result)
         return shipped is not None
 
-    def _solve(self, setting: Setting, cancelled: Callable[[], bool]) -> Result:
+    def _solve(self, setting: Setting, cancelled: Poll) -> Result:
         """In a worker: the result, and those of the pins that are drawn beside it."""
         result = prepare(compute_runs(setting, cancelled))
         self._pinned.prepare_like(setting)
