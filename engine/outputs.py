@@ -124,7 +124,8 @@ def _largest_impulse(response: Response, contacts: np.ndarray) -> float:
     """The largest impulse of one contact of the samples, which ``contacts``, (m, 2), overlap.
 
     A contact that lasts longer than SHORT_CONTACT durations of a contact alone, and each permanent contact of the
-    reference, is one with the chatter at the same stop that leads into it (:func:`.motions.description.chatter_before`).
+    reference, is one with the chatter that leads into it at the same stop
+    (:func:`.motions.description.chatter_before`).
     """
     impacts, sampled = response.impacts, response.trajectory
     size = np.where(impacts.time > sampled.time[0], impacts.impulse, 0.0)
