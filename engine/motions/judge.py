@@ -42,7 +42,7 @@ from vibroscope.engine.simulate import FARTHEST, LONG
 
 SETTLED_PERIODS = SCATTER_KEEP  # last periods of a run that a motion is judged by
 # Taken one by one, of a run that shows whether a single motion has come to the end of a long transient
-MOST_STEPS = 8_000_000
+STEPS_OF_A_TRANSIENT = 8_000_000
 LONGEST_SEEN = 512  # periods of a cycle that a motion may have settled to while it was followed
 
 # Of each cell: dtype and what stands where nothing is known.
@@ -217,7 +217,7 @@ def _transients(cells: Cells, limit: Evidence | None) -> tuple[int, ...]:
     if limit is None or not limit.is_late:
         return (SCATTER_TRANSIENT,)
     longest, method = schedule_of(cells.method.limit).confirmed, cells.method
-    most = longest if method.skips_steps else MOST_STEPS // int(cells.steps_each()[0])
+    most = longest if method.skips_steps else STEPS_OF_A_TRANSIENT // int(cells.steps_each()[0])
     return SCATTER_TRANSIENT, min(longest, most)
 
 
