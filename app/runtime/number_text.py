@@ -21,7 +21,7 @@ TYPED_UNITS = {
     "velocity": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3},
     "mass": {"kg": 1.0, "g": 1e-3, "t": 1e3},
     "displacement": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
-    "area": {"m²": 1.0, "m2": 1.0, "m^2": 1.0, "cm²": 1e-4, "cm2": 1e-4, "mm²": 1e-6, "mm2": 1e-6, "mm^2": 1e-6},
+    "area": {f"{of}{power}": size for of, size in (("m", 1.0), ("cm", 1e-4), ("mm", 1e-6)) for power in _SQUARE},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
     "force": {"N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3},
     "acceleration": {f"{of}/s{power}": size for of, size in (("m", 1.0), ("mm", 1e-3)) for power in _SQUARE},
