@@ -220,7 +220,7 @@ def _lines(
     yield "Displacements and velocities are relative to the base, accelerations absolute."
     if "reference" in whole:
         yield from filter(None, [impacts_note(whole["reference"].peaks)])
-    yield from (f"{name}: {each.response.ending}" for name, each in runs.items() if not each.ok)
+    yield from (stated("{}: {}", name, each.response.ending) for name, each in runs.items() if not each.ok)
 
 
 def _words_of_energy(energy: EnergyBalance) -> Statement:

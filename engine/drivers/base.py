@@ -13,7 +13,7 @@ from typing import ClassVar
 import numpy as np
 from vibroscope.engine.arguments import Poll
 from vibroscope.engine.drivers.parameters import parameters_of_stops
-from vibroscope.engine.facts import Ending
+from vibroscope.engine.facts import Amount, Dimensionless, Ending, Statement, stated
 from vibroscope.engine.kernels.compile.packing import Layout
 from vibroscope.engine.kernels.compile.record import IMPACT_COLUMNS, Buffers, PackedBuffers, make_buffers
 from vibroscope.engine.kernels.parameters import Parameters
@@ -276,9 +276,8 @@ class SteppingDriver(Driver):
         """The step at which the run diverged, the reason, what to change, and the limit of stability if it is known."""
         n, method = self.method.steps, self.method
         solution = "Newmark's solution" if method.is_newmarks else f"the solution by {method.integrator.short_title()}"
-        return Ending(
-            f"{solution} blew up",
-            f"the gap passed {end_text(LIMIT)} base amplitudes at step {step} (period {step / n:.2f})",
-            f"take more steps per period than {n}, or a smaller K or D",
-            limit,
-        )
+        when, finer = f"period {step / n:.2f}", f"more steps per period than {n}"
+        if self.system.excitation.load is not None:  # there is no period
+            when, finer = Statement(Dimensionless("τ = "), Amount(step * self.period / n, "time", 3)), "shorter steps"
+        cause = stated("the gap passed {} base amplitudes at step {} ({})", end_text(LIMIT), str(step), when)
+        return Ending(f"{solution} blew up", cause, f"take {finer}, or a smaller K or D", limit)

@@ -313,3 +313,11 @@ def test_separate_contacts_of_a_decay_have_an_impulse_each(tmp_path, capsys):
     assert main(["transient", "--system", str(path), *load, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)["physical"]["penalty"]
     assert found["impulse"] == pytest.approx(0.3062, rel=1e-3)
+
+
+def test_a_run_that_blows_up_says_when_in_seconds(box, capsys):
+    far = ("--K", "1e9 N/m", "--D", "2e5 N s/m", "--steps", "3 ms")
+    assert main([*box, "--base-half-sine", "30 g,11 ms", *far, "--free", "3 s", "--units"]) == 0
+    said = next(line for line in capsys.readouterr().out.splitlines() if "blew up" in line)
+    assert re.search(r"at step \d+ \([\d.]+ m?s\); take shorter steps, or a smaller K or D", said)
+    assert "period" not in said
